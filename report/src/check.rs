@@ -104,8 +104,13 @@ fn noise_words(noise: &NoiseOf) -> String {
             } else {
                 format!("; from visit to visit {} (1 sigma)", joints.join(", "))
             };
+            let rare = if scatter.tails > 1.05 {
+                format!("; taken {:.1} times as large for the rare ones among them", scatter.tails)
+            } else {
+                String::new()
+            };
             format!(
-                "Noise from {} visits to {} poses of the campaign: {:.1} \u{b5}m white per axis{misses}.\n",
+                "Noise from {} visits to {} poses of the campaign: {:.1} \u{b5}m white per axis{misses}{rare}.\n",
                 scatter.events,
                 scatter.postures,
                 scatter.white / UM

@@ -52,8 +52,8 @@ mod workspace_map;
 pub use adaptive::{Adaptive, Reached};
 pub use advice::{Advice, ToDo};
 pub use check::{
-    Chart, ChartPoint, Charts, CheckError, Condition, Elementary, FALSE_ALARM, Judged, Looked, NoiseOf, Power, PowerAt,
-    RUN_LENGTH, RobotCheck, choose_sentinels, power_of_check,
+    Chart, ChartPoint, Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, Judged, Looked, NoiseOf, Power,
+    PowerAt, RUN_LENGTH, RobotCheck, choose_sentinels, power_of_check,
 };
 pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;

@@ -161,7 +161,7 @@ fn sessions_share_what_they_are_said_to_share() {
 }
 
 /// Three targets of the FANUC as the table has them: nine coordinates a row.
-fn fanuc() -> Dataset {
+pub fn fanuc() -> Dataset {
     let folder = tempfile::tempdir().unwrap();
     let robots = format!("{}/docs/robots", env!("CARGO_MANIFEST_DIR"));
     let one = fs::read_to_string(format!("{robots}/r2000ic.map.toml")).unwrap();

@@ -4,7 +4,7 @@ mod history;
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CheckError, RobotCheck, choose_sentinels, power_of_check};
+use calibench::assess::{CheckError, CheckReference, RobotCheck, choose_sentinels, power_of_check};
 use calibench::files::{check_output_folder, with_reasons, write_whole};
 use calibench::identify::Calibration;
 use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
@@ -153,13 +153,14 @@ fn probe(
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
     let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.1));
-    RobotCheck::of(calibration, then, (then.0, &now(planned.collect()))).map_err(|e| LocatedError {
+    let reference = CheckReference::new(calibration, then).map_err(|e| located(&arguments.then, &e))?;
+    reference.check((then.0, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",
         problem: with_reasons(&e),
     })?;
     let mut choose = |_: &[&PlannedPose], samples: &[Sample]| -> Option<usize> {
-        let check = RobotCheck::of(calibration, then, (then.0, &now(samples.to_vec())));
+        let check = reference.check((then.0, &now(samples.to_vec())));
         if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
     };
     let under = vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.1.hash.clone())];

@@ -3,8 +3,8 @@
 //! Each cell is drawn anew, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
 //! again by the controller that probed them first, one after the other, until the check is settled.
 
-use calibench::assess::{CheckError, Condition, RobotCheck, choose_sentinels};
-use calibench::identify::{Calibration, IdentifyError, identify};
+use calibench::assess::{CheckError, CheckReference, Condition, choose_sentinels};
+use calibench::identify::{IdentifyError, identify};
 use calibench::measure::{CampaignObserver, Dataset, Measured, PlannedPose, ProbingPlan, Sample};
 use calibench::robot::world_from_tool;
 use calibench::units::{DEG, MM};
@@ -151,7 +151,8 @@ impl Checks {
         let mut random = streams.stream("faults");
         // The noise of a comparison, as the check itself takes it: here of the campaign with itself.
         let same = dataset(chosen.iter().map(|&k| campaign.samples[k].clone()).collect());
-        let looks = RobotCheck::of(&calibration, ("cell", &campaign), ("cell", &same))?.looks;
+        let reference = CheckReference::new(&calibration, ("cell", &campaign))?;
+        let looks = reference.check(("cell", &same))?.looks;
         let noise = looks.iter().map(|look| look.noise).sum::<f64>() / looks.len().max(1) as f64;
         let wanted = self.size * noise * 3f64.sqrt();
         let drawn = Drawn::of(fault, &cell, &sentinels, &mut random);
@@ -162,11 +163,11 @@ impl Checks {
         });
         let alter = |parts: &mut Parts| drawn.happen(parts, &sentinels, wanted);
         let session = Session::visit(scenario, streams, session_s, 1, alter).map_err(RunError::from)?;
-        let mut observer = UntilSettled { calibration: &calibration, campaign: &campaign, bad };
+        let mut observer = UntilSettled { reference: &reference, campaign: &campaign, bad };
         let record = session.probe(&sentinels, None, &mut observer);
         let samples = spoilt(&record.samples, observer.bad.as_ref());
         let used = samples.len();
-        let check = RobotCheck::of(&calibration, ("cell", &campaign), ("cell", &dataset(samples)))?;
+        let check = reference.check(("cell", &dataset(samples)))?;
         let named = check.named().is_some_and(|first| fault.is(&first.condition) || check.aliased.iter().any(|c| fault.is(c)));
         let mistaken_for = check.named().filter(|_| !named).map(|first| first.condition.name());
         Ok(Outcome { fault, found: check.changed, named, mistaken_for, used })
@@ -175,7 +176,7 @@ impl Checks {
 
 /// Ends a check when it is settled.
 struct UntilSettled<'a> {
-    calibration: &'a Calibration,
+    reference: &'a CheckReference<'a>,
     campaign: &'a Dataset,
     bad: Option<(String, Vector3<f64>)>,
 }
@@ -183,7 +184,7 @@ struct UntilSettled<'a> {
 impl CampaignObserver for UntilSettled<'_> {
     fn choose(&mut self, _: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
         let now = Dataset { samples: spoilt(samples, self.bad.as_ref()), ..self.campaign.clone() };
-        let check = RobotCheck::of(self.calibration, ("cell", self.campaign), ("cell", &now));
+        let check = self.reference.check(("cell", &now));
         if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
     }
 }

@@ -10,8 +10,8 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::conditions::{Elementary, Scene, noise_of};
-use super::{CheckError, RobotCheck};
+use super::conditions::Elementary;
+use super::{CheckError, CheckReference};
 use crate::identify::Calibration;
 use crate::measure::{Dataset, Sample};
 
@@ -68,11 +68,11 @@ impl Charts {
     pub fn of(calibration: &Calibration, then: (&str, &Dataset), checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
         let mut before = then.1.clone();
         // Of the campaign alone: the checks' own scatter is what the charts look for.
-        let noise = noise_of(calibration, then)?;
+        let reference = CheckReference::new(calibration, then)?;
         let mut courses: Vec<Chart> = Vec::new();
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {
-            let scene = Scene::new(calibration, &noise, (then.0, &before), *now)?;
+            let scene = reference.scene((then.0, &before), *now)?;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
                 if k == 0 {
                     courses.push(Chart { of, points: Vec::new() });
@@ -88,7 +88,7 @@ impl Charts {
                 courses[c].points.push(ChartPoint { estimate, sigma, average: averages[c] / spread() });
             }
             // A changed robot tells nothing of how it was.
-            if !RobotCheck::of(calibration, then, *now)?.changed {
+            if !reference.check(*now)?.changed {
                 let renamed = |s: &Sample| Sample { id: format!("check {}, {}", k + 1, s.id), ..s.clone() };
                 append(&mut before, now.1, renamed);
             }

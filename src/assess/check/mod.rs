@@ -27,6 +27,7 @@ pub use power::{Power, PowerAt, power_of_check};
 
 use self::conditions::{Scene, near, noise_of, of_samples};
 use self::evidence::Evidence;
+use self::noise::ComparisonNoise;
 use self::power::ends;
 use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Sample};
@@ -119,14 +120,15 @@ impl RobotCheck {
         self.conditions.iter().find(|j| self.changed && j.condition != Condition::Valid)
     }
 
-    /// Checks the rows of `now`, in order, against those of `then`: rows of the campaign that was calibrated, or of an earlier
-    /// check. Both are of the calibration's set-up.
+    /// Checks the rows of `now`, in order, against those of `then`, as [`CheckReference::check`] does.
     ///
     /// # Errors
-    /// When a row has no counterpart, the noise is not stated, or the data do not belong to the calibration.
+    /// As [`CheckReference::new`] and [`CheckReference::check`].
     pub fn of(calibration: &Calibration, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
-        let noise = noise_of(calibration, then)?;
-        let scene = Scene::new(calibration, &noise, then, now)?;
+        CheckReference::new(calibration, then)?.check(now)
+    }
+
+    fn on(scene: &Scene, noise: NoiseOf) -> RobotCheck {
         let seen: Vec<_> = scene.seen.iter().collect();
         let evidence = Evidence::new(&of_samples(&seen, &scene.whitening), ends(&seen));
         let (used, changed) = evidence.decide(&scene.differences);
@@ -142,7 +144,37 @@ impl RobotCheck {
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
         let settled = changed && evidence.is_named(&scene.differences, used);
-        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, noise: noise.of })
+        RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, noise }
+    }
+}
+
+/// What checks are compared with: a calibration, and what was measured under it.
+pub struct CheckReference<'a> {
+    calibration: &'a Calibration,
+    then: (&'a str, &'a Dataset),
+    noise: ComparisonNoise,
+}
+
+impl<'a> CheckReference<'a> {
+    /// From the campaign that was calibrated, or an earlier check: its repeats, if it has enough, tell the noise.
+    ///
+    /// # Errors
+    /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
+    pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
+        Ok(CheckReference { calibration, then, noise: noise_of(calibration, then)? })
+    }
+
+    /// Checks the rows of `now`, in order, against those of the campaign. Both are of the calibration's set-up.
+    ///
+    /// # Errors
+    /// When a row has no counterpart, or does not belong to the calibration.
+    pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+        Ok(RobotCheck::on(&self.scene(self.then, now)?, self.noise.of.clone()))
+    }
+
+    /// A comparison under the same noise with more than the campaign.
+    fn scene(&self, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<Scene, CheckError> {
+        Scene::new(self.calibration, &self.noise, then, now)
     }
 }
 

@@ -45,7 +45,7 @@ impl ComparisonNoise {
         let Some(scatter) = RepeatScatter::of(campaign) else {
             return stated.then_some(ComparisonNoise { of: NoiseOf::Stated, factor: 1.0, common: Vec::new() });
         };
-        let common: Vec<f64> =
+        let mut common: Vec<f64> =
             scatter.base.iter().chain(&scatter.tool).copied().chain(scatter.joints.iter().map(|j| j.sigma)).collect();
         let numbers = campaign.iter().map(|s| s.height as f64).sum::<f64>();
         let of_stated = campaign.iter().map(|s| s.variance).sum::<f64>() / numbers;
@@ -54,7 +54,9 @@ impl ComparisonNoise {
         let least = if stated { of_stated - together } else { 0.0 };
         // Of a scatter that is motion alone to the last digit nothing would be left to divide by.
         let white = scatter.white.powi(2).max(least).max(1e-6 * together);
-        Some(ComparisonNoise { factor: (white / of_stated).sqrt(), common, of: NoiseOf::Repeats(scatter) })
+        let tails = scatter.tails;
+        common.iter_mut().for_each(|c| *c *= tails);
+        Some(ComparisonNoise { factor: tails * (white / of_stated).sqrt(), common, of: NoiseOf::Repeats(scatter) })
     }
 
     /// Whitened motions of a sample, one-sigma each, and the factor by which its whitener shrinks.

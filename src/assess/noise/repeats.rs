@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::assess::residual_views::SeenSample;
 use crate::measure::{Measured, Postures};
@@ -20,6 +21,10 @@ pub const REPEATS_ALARM: f64 = 12.0;
 /// Fewest degrees of freedom (events minus postures) for a decomposition, and most postures used in it.
 const FEWEST: usize = 20;
 const MOST_POSTURES: usize = 400;
+
+/// Least white noise, as a share of the scatter's variance; and the share of all events that are the rarest.
+const FLOOR: f64 = 1e-9;
+const RAREST: f64 = 0.05;
 
 /// Largest number of iterations, and the change of any component, as a share of the scatter, at which they stop.
 const ROUNDS: usize = 400;
@@ -53,6 +58,8 @@ pub struct RepeatScatter {
     pub tool: [f64; 3],
     /// Contribution of each joint.
     pub joints: Vec<JointScatter>,
+    /// Factor by which the rarest of these deviations exceed those of a normal distribution with these components; at least 1.
+    pub tails: f64,
 }
 
 impl RepeatScatter {
@@ -98,6 +105,7 @@ impl RepeatScatter {
             base: three(1),
             tool: three(4),
             joints: (0..joints).map(scatter_of).collect(),
+            tails: tails(&groups, &components)?,
         })
     }
 }
@@ -107,8 +115,43 @@ struct Group {
     events: usize,
     /// Sum of the outer products of the events' deviations from their mean.
     scatter: DMatrix<f64>,
+    /// These deviations.
+    deviations: Vec<DVector<f64>>,
     /// Displacement of all components of an event per unit of base, tool (three axes each) and joint motion.
     patterns: Vec<DVector<f64>>,
+}
+
+impl Group {
+    /// Covariance of one event, with at least this white noise.
+    fn covariance(&self, components: &[f64], least: f64) -> DMatrix<f64> {
+        let n = self.scatter.nrows();
+        let mut v = DMatrix::identity(n, n) * components[0].max(least);
+        for (pattern, c) in self.patterns.iter().zip(&components[1..]).filter(|(_, c)| **c > 0.0) {
+            v.ger(*c, pattern, pattern, 1.0);
+        }
+        v
+    }
+}
+
+/// By how much the largest deviations exceed what is expected of the largest of as many.
+fn tails(groups: &[Group], components: &[f64]) -> Option<f64> {
+    let least = FLOOR * components.iter().sum::<f64>();
+    let mut chances = Vec::new();
+    for g in groups {
+        let factor = Cholesky::new(g.covariance(components, least))?;
+        let share = (g.events - 1) as f64 / g.events as f64;
+        let law = ChiSquared::new(g.scatter.nrows() as f64).ok()?;
+        for off in &g.deviations {
+            let squares = factor.l_dirty().lower_triangle().solve_lower_triangular(off)?.norm_squared() / share;
+            chances.push((squares, law));
+        }
+    }
+    chances.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let whole = chances.len() as f64;
+    let top = (RAREST * whole).ceil() as usize;
+    let excess =
+        |(k, (squares, law)): (usize, &(f64, ChiSquared))| squares / law.inverse_cdf(1.0 - (k as f64 + 1.0) / (whole + 1.0));
+    Some(chances.iter().take(top).enumerate().map(excess).fold(1.0, f64::max).sqrt())
 }
 
 fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
@@ -169,16 +212,16 @@ fn group(seen: &[SeenSample<'_>], events: &[Vec<usize>]) -> Group {
     let deviations: Vec<DVector<f64>> = events.iter().map(|members| stack(members, &|s| s.residual)).collect();
     let mean = deviations.iter().fold(DVector::zeros(deviations[0].len()), |sum, d| sum + d) / events.len() as f64;
     let mut scatter = DMatrix::zeros(mean.len(), mean.len());
-    for deviation in &deviations {
-        let off = deviation - &mean;
-        scatter.ger(1.0, &off, &off, 1.0);
+    let deviations: Vec<DVector<f64>> = deviations.into_iter().map(|deviation| deviation - &mean).collect();
+    for off in &deviations {
+        scatter.ger(1.0, off, off, 1.0);
     }
     let first = &events[0];
     let joints = seen[first[0]].joint_columns.len();
     let base = (0..3).map(|k| stack(first, &|_| Vector3::ith(k, 1.0)));
     let tool = (0..3).map(|k| stack(first, &|s| s.world_from_tool.matrix().column(k).into()));
     let of_joints = (0..joints).map(|j| stack(first, &|s| s.joint_columns[j]));
-    Group { events: events.len(), scatter, patterns: base.chain(tool).chain(of_joints).collect() }
+    Group { events: events.len(), scatter, deviations, patterns: base.chain(tool).chain(of_joints).collect() }
 }
 
 /// Finds the components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm.
@@ -191,7 +234,7 @@ fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f6
         let numbers: f64 = groups.iter().map(|g| g.scatter.nrows() as f64).sum();
         components.push(if with[p + 1] && lever > 1e-12 * numbers.max(1.0) { white / 3.0 * numbers / lever } else { 0.0 });
     }
-    let floor = 1e-9 * white;
+    let floor = FLOOR * white;
     let mut ln = f64::NEG_INFINITY;
     for _ in 0..ROUNDS {
         let mut above = vec![0.0; components.len()];
@@ -200,11 +243,7 @@ fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f6
         for g in groups {
             let times = (g.events - 1) as f64;
             let n = g.scatter.nrows();
-            let mut v = DMatrix::identity(n, n) * components[0].max(floor);
-            for (pattern, c) in g.patterns.iter().zip(&components[1..]).filter(|(_, c)| **c > 0.0) {
-                v.ger(*c, pattern, pattern, 1.0);
-            }
-            let factor = Cholesky::new(v)?;
+            let factor = Cholesky::new(g.covariance(components.as_slice(), floor))?;
             let inverse = factor.inverse();
             let weighted = &inverse * &g.scatter * &inverse;
             let ln_det: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
