@@ -54,6 +54,18 @@ pub struct Examination {
     pub(super) remainder: Remainder,
 }
 
+/// A candidate that moves nothing by more than this share of the noise moves nothing: what remains of its columns is rounding, of
+/// a torque that is zero say, and its shape would be that of the processor's last bits.
+const NOTHING: f64 = 1e-9;
+
+/// Sets the columns of a candidate that moves nothing to zero.
+fn silence(rows: &mut DMatrix<f64>, candidate: usize) {
+    let mut row = rows.row_mut(candidate);
+    if row.amax() < NOTHING {
+        row.fill(0.0);
+    }
+}
+
 /// The model by which residuals are judged: in another ratio than that of their noise, those of orientations would seem to show
 /// effects beside those of positions, and the other way round.
 fn judging(model: &Model) -> Model {
@@ -157,8 +169,9 @@ impl Examination {
     ) -> Result<Self, IdentifyError> {
         let wide = Wide::of(datasets, model, (&problem, &fit), &library)?;
         let weight = yardstick.weight();
-        let rows = wide.rows() * weight;
+        let mut rows = wide.rows() * weight;
         let Wide { problem: wide, values, fitted, columns, spans } = wide;
+        (fitted.len()..fitted.len() + columns.len()).for_each(|k| silence(&mut rows, k));
         let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
         linalg::normal_matrix(&rows, &mut products);
         let (m, n) = (fitted.len(), columns.len());

@@ -242,7 +242,6 @@ fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f6
         ln = 0.0;
         for g in groups {
             let times = (g.events - 1) as f64;
-            let n = g.scatter.nrows();
             let factor = Cholesky::new(g.covariance(components.as_slice(), floor))?;
             let inverse = factor.inverse();
             let weighted = &inverse * &g.scatter * &inverse;
