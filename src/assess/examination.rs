@@ -58,6 +58,9 @@ pub struct Examination {
 /// a torque that is zero say, and its shape would be that of the processor's last bits.
 const NOTHING: f64 = 1e-9;
 
+/// Of a candidate of which the model absorbs all but this share, nothing but rounding is left.
+const ABSORBED: f64 = 1e-12;
+
 /// Sets the columns of a candidate that moves nothing to zero.
 fn silence(rows: &mut DMatrix<f64>, candidate: usize) {
     let mut row = rows.row_mut(candidate);
@@ -177,8 +180,14 @@ impl Examination {
         let (m, n) = (fitted.len(), columns.len());
         let (projection, squares) = project(&products, n, &problem, &fit)?;
         let absorbed = linalg::product_of_transposed(&projection.of_columns, &projection.of_columns);
-        let gram = products.view((m, m), (n, n)) - absorbed;
-        let z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
+        let mut gram = products.view((m, m), (n, n)) - absorbed;
+        let mut z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
+        let absorbed: Vec<usize> = (0..n).filter(|&k| gram[(k, k)] <= ABSORBED * products[(m + k, m + k)]).collect();
+        for k in absorbed {
+            gram.row_mut(k).fill(0.0);
+            gram.column_mut(k).fill(0.0);
+            z[k] = 0.0;
+        }
         let left = (squares - projection.of_residual.norm_squared()).max(f64::MIN_POSITIVE);
         let parameters = fit.kept.len() as f64;
         let dof = ((fit.dof as f64 + parameters) / yardstick.repetition - parameters).max(1.0);

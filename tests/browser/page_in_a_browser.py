@@ -359,8 +359,9 @@ def guesses(program, page, data, scratch, found, took):
     diagnosis.pop("advice")
     said = page.asks("document")["document"]["diagnosis"]
     for document in (said, diagnosis):
-        # What takes nothing takes it in any order.
+        # What takes nothing takes it in any order, and what cannot be seen is as probable as all else that cannot.
         document["contributions"] = {c["effect"]: c for c in document["contributions"]}
+        document["findings"] = {f["effect"]: f for f in document["findings"]}
     # Few rows leave much open: which draws of what they leave are accepted hangs on last bits, and the expected error on the draws.
     for key in set(diagnosis) - {"sentences", "workspace"}:
         differences(f"table: {key}", said.get(key), diagnosis[key], differing)
