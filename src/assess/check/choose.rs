@@ -2,9 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::conditions::{Condition, Scene, Seen, of_samples};
+use super::conditions::{Condition, of_samples};
 use super::evidence::orthonormal;
 use super::noise::Whitening;
+use super::scene::Scene;
+use super::seen::Seen;
 use super::{CheckError, counterparts};
 use crate::identify::Calibration;
 use crate::measure::Dataset;

@@ -16,6 +16,8 @@ mod conditions;
 mod evidence;
 mod noise;
 mod power;
+mod scene;
+mod seen;
 
 use thiserror::Error;
 
@@ -25,10 +27,11 @@ pub use conditions::{Condition, Elementary};
 pub use noise::NoiseOf;
 pub use power::{Power, PowerAt, power_of_check};
 
-use self::conditions::{Scene, near, noise_of, of_samples};
+use self::conditions::of_samples;
 use self::evidence::Evidence;
 use self::noise::ComparisonNoise;
-use self::power::ends;
+use self::scene::{Scene, near, noise_of};
+use self::seen::ends;
 use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Sample};
 use crate::units::DEG;

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::conditions::Seen;
+use super::seen::{Seen, ends};
 use crate::assess::noise::RepeatScatter;
 use crate::assess::residual_views::SeenSample;
 
@@ -100,7 +100,7 @@ impl Whitening {
         names.sort_unstable();
         names.dedup();
         let mut variances = vec![0.0; seen.len()];
-        let ends = super::power::ends(seen);
+        let ends = ends(seen);
         let of_pose = |pose: usize| {
             let members: Vec<usize> = (0..seen.len()).filter(|&k| seen[k].pose == pose).collect();
             let rows: Vec<usize> = members.iter().flat_map(|&k| ends[k] - seen[k].rows.1..ends[k]).collect();

@@ -5,9 +5,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::conditions::{Condition, Scene, Seen, of_samples};
+use super::conditions::{Condition, of_samples};
 use super::evidence::Evidence;
 use super::noise::Whitening;
+use super::scene::Scene;
+use super::seen::{Seen, ends};
 use super::{CHANGED_BEFOREHAND, CheckError};
 use crate::identify::Calibration;
 use crate::measure::Dataset;
@@ -62,16 +64,6 @@ pub fn power_of_check(
         powers.push(Power { condition: condition.clone(), at });
     }
     Ok(powers)
-}
-
-/// Number of scalar differences after each sample.
-pub(super) fn ends(seen: &[&Seen]) -> Vec<usize> {
-    seen.iter()
-        .scan(0, |end, s| {
-            *end += s.rows.1;
-            Some(*end)
-        })
-        .collect()
 }
 
 fn simulated(evidence: &Evidence, injected: Option<usize>, size: f64) -> PowerAt {
