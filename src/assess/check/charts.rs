@@ -64,7 +64,7 @@ impl Charts {
     /// The charts of `checks`, in the order in which they were measured, after the campaign `then` that was calibrated.
     ///
     /// # Errors
-    /// As [`RobotCheck::of`].
+    /// As [`CheckReference::check`].
     pub fn of(calibration: &Calibration, then: (&str, &Dataset), checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
         let mut before = then.1.clone();
         // Of the campaign alone: the checks' own scatter is what the charts look for.
