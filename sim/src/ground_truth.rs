@@ -144,7 +144,12 @@ fn visible(
 fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration, diagnosis: &Diagnosis) -> Hidden {
     let id = truth.effect.id();
     let finding = diagnosis.findings.iter().find(|f| same(id, &f.hypothesis.in_model) || f.hypothesis.effect == id);
-    let of_members = || diagnosis.findings.iter().filter(|f| belongs(&f.hypothesis.in_model, id)).flat_map(|f| &f.parameters);
+    let of_member = |name: &str| {
+        let members = diagnosis.findings.iter().filter(|f| belongs(&f.hypothesis.in_model, id));
+        let mut found =
+            members.flat_map(|f| f.parameters.iter().map(move |p| (format!("{}.{}", f.hypothesis.in_model, p.name), p)));
+        found.find(|(found, _)| found == name).map(|(_, p)| [p.value, p.sigma])
+    };
     let parameters = || truth.effect.parameters().iter().zip(&truth.sizes).enumerate();
     let numbers = parameters().filter(|(_, (_, size))| **size != 0.0).map(|(k, (spec, &size))| HiddenNumber {
         name: spec.name.clone(),
@@ -153,7 +158,7 @@ fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration
             .estimate(&spec.name)
             .map(|e| [e.value - e.nominal, e.sigma])
             .or_else(|| finding.and_then(|f| f.parameters.get(k)).map(|p| [p.value, p.sigma]))
-            .or_else(|| of_members().find(|p| p.name == spec.name).map(|p| [p.value, p.sigma])),
+            .or_else(|| of_member(&spec.name)),
         unit: spec.unit,
     });
     let squares: Vec<f64> =
