@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::seen::{Seen, ends};
-use crate::assess::noise::RepeatScatter;
+use crate::assess::noise::{RepeatScatter, patterns};
 use crate::assess::residual_views::SeenSample;
 
 /// Where the noise of a comparison is from.
@@ -25,16 +25,9 @@ pub enum NoiseOf {
 pub(super) struct ComparisonNoise {
     pub of: NoiseOf,
     /// By this factor white noise is larger than stated.
-    factor: f64,
+    pub factor: f64,
     /// One-sigma of the motions of [`patterns`]; empty if they are unknown.
     common: Vec<f64>,
-}
-
-/// Displacement of a sample per unit of what displaces all targets of a pose together: base and tool along each axis, joints.
-pub(super) fn patterns(seen: &SeenSample<'_>) -> Vec<Vector3<f64>> {
-    let base = (0..3).map(|k| Vector3::ith(k, 1.0));
-    let tool = (0..3).map(|k| seen.world_from_tool.matrix().column(k).into());
-    base.chain(tool).chain(seen.joint_columns.iter().copied()).collect()
 }
 
 impl ComparisonNoise {
@@ -45,8 +38,7 @@ impl ComparisonNoise {
         let Some(scatter) = RepeatScatter::of(campaign) else {
             return stated.then_some(ComparisonNoise { of: NoiseOf::Stated, factor: 1.0, common: Vec::new() });
         };
-        let mut common: Vec<f64> =
-            scatter.base.iter().chain(&scatter.tool).copied().chain(scatter.joints.iter().map(|j| j.sigma)).collect();
+        let mut common = scatter.of_patterns();
         let numbers = campaign.iter().map(|s| s.height as f64).sum::<f64>();
         let of_stated = campaign.iter().map(|s| s.variance).sum::<f64>() / numbers;
         let moved = |s: &SeenSample<'_>| patterns(s).iter().zip(&common).map(|(p, c)| (p * *c).norm_squared()).sum::<f64>();
@@ -59,12 +51,12 @@ impl ComparisonNoise {
         Some(ComparisonNoise { factor: tails * (white / of_stated).sqrt(), common, of: NoiseOf::Repeats(scatter) })
     }
 
-    /// Whitened motions of a sample, one-sigma each, and the factor by which its whitener shrinks.
-    pub fn common(&self, seen: &SeenSample<'_>) -> (Vec<Vector3<f64>>, f64) {
+    /// Motions of a sample that all targets of its pose share, whitened, one-sigma each.
+    pub fn common(&self, seen: &SeenSample<'_>) -> Vec<Vector3<f64>> {
         let whitener = seen.whitener / self.factor;
         let all = if self.common.is_empty() { Vec::new() } else { patterns(seen) };
         let there = all.into_iter().zip(&self.common).filter(|(_, sigma)| **sigma > 0.0);
-        (there.map(|(pattern, sigma)| whitener * pattern * *sigma).collect(), self.factor)
+        there.map(|(pattern, sigma)| whitener * pattern * *sigma).collect()
     }
 }
 

@@ -135,8 +135,7 @@ fn applied(
     let mut applied = Applied { residuals: Vec::new(), whiteners: Vec::new(), seen: Vec::new() };
     problem.for_each_sample(&values, &mut |at| {
         let k = applied.seen.len();
-        let (common, factor) = noise.common(&measured[k]);
-        let whitener = at.whitener / factor;
+        let whitener = at.whitener / noise.factor;
         let sample = &dataset.samples[at.place];
         let column = |site: Site| at.posture.column(site);
         let ball = match &sample.measured {
@@ -163,7 +162,7 @@ fn applied(
             event: *first_of_stay.entry(stays[k]).or_insert(k),
             target: k,
             counterparts: 1.0,
-            common,
+            common: noise.common(&measured[k]),
             tool: whitened((0..3).map(|k| column(Site::tool(k))).collect()),
             base: whitened(Axis6::ALL.iter().map(|axis| column(Site::Base(*axis))).collect()),
             joints: whitened((0..robot.joints()).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect()),

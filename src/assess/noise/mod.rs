@@ -7,8 +7,8 @@ mod suspects;
 mod yardstick;
 
 pub use joint_steps::JointSteps;
-pub(super) use repeats::moments;
 pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
+pub(super) use repeats::{moments, patterns};
 pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
 pub(super) use suspects::suspects_of;
 pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};

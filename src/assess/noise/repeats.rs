@@ -70,6 +70,11 @@ impl RepeatScatter {
         alarms
     }
 
+    /// One-sigma of each of the [`patterns`].
+    pub(in crate::assess) fn of_patterns(&self) -> Vec<f64> {
+        self.base.iter().chain(&self.tool).copied().chain(self.joints.iter().map(|j| j.sigma)).collect()
+    }
+
     /// Decomposes the scatter of samples; `None` with too few repeats. Samples of one posture, dataset and time
     /// (`time_s`) belong to one event: the error of the arm was the same for all targets.
     pub(in crate::assess) fn of(seen: &[SeenSample<'_>]) -> Option<Self> {
@@ -105,7 +110,7 @@ impl RepeatScatter {
             base: three(1),
             tool: three(4),
             joints: (0..joints).map(scatter_of).collect(),
-            tails: tails(&groups, &components)?,
+            tails: tails(&groups, &components, FLOOR * white)?,
         })
     }
 }
@@ -134,8 +139,7 @@ impl Group {
 }
 
 /// By how much the largest deviations exceed what is expected of the largest of as many.
-fn tails(groups: &[Group], components: &[f64]) -> Option<f64> {
-    let least = FLOOR * components.iter().sum::<f64>();
+fn tails(groups: &[Group], components: &[f64], least: f64) -> Option<f64> {
     let mut chances = Vec::new();
     for g in groups {
         let factor = Cholesky::new(g.covariance(components, least))?;
@@ -217,11 +221,17 @@ fn group(seen: &[SeenSample<'_>], events: &[Vec<usize>]) -> Group {
         scatter.ger(1.0, off, off, 1.0);
     }
     let first = &events[0];
-    let joints = seen[first[0]].joint_columns.len();
-    let base = (0..3).map(|k| stack(first, &|_| Vector3::ith(k, 1.0)));
-    let tool = (0..3).map(|k| stack(first, &|s| s.world_from_tool.matrix().column(k).into()));
-    let of_joints = (0..joints).map(|j| stack(first, &|s| s.joint_columns[j]));
-    Group { events: events.len(), scatter, deviations, patterns: base.chain(tool).chain(of_joints).collect() }
+    let of_members: Vec<Vec<Vector3<f64>>> = first.iter().map(|&i| patterns(&seen[i])).collect();
+    let pattern = |p: usize| DVector::from_iterator(3 * first.len(), of_members.iter().flat_map(|of| <[f64; 3]>::from(of[p])));
+    let patterns = (0..of_members[0].len()).map(pattern).collect();
+    Group { events: events.len(), scatter, deviations, patterns }
+}
+
+/// Displacement of a sample per unit of what displaces all targets of a posture together: base and tool along each axis, joints.
+pub(in crate::assess) fn patterns(seen: &SeenSample<'_>) -> Vec<Vector3<f64>> {
+    let base = (0..3).map(|k| Vector3::ith(k, 1.0));
+    let tool = (0..3).map(|k| seen.world_from_tool.matrix().column(k).into());
+    base.chain(tool).chain(seen.joint_columns.iter().copied()).collect()
 }
 
 /// Finds the components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm.
