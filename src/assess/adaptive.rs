@@ -90,6 +90,18 @@ impl Adaptive {
         Ok(next.or(Some(0)))
     }
 
+    /// Predicts the error from all that was measured: a campaign asks for no pose after its last one, and one that was finished
+    /// before asks for none at all.
+    ///
+    /// # Errors
+    /// When the samples do not fit the model.
+    pub fn judge(&mut self, measured: &[Sample]) -> Result<(), IdentifyError> {
+        if self.reached.last().is_some_and(|reached| reached.samples == measured.len()) {
+            return Ok(());
+        }
+        self.think(&[], measured)
+    }
+
     /// Chooses the poses that determine the model best, before anything is measured.
     fn begin(&mut self, waiting: &[Sample]) -> Result<(), IdentifyError> {
         let planned = Dataset { samples: waiting.to_vec(), ..self.cell.clone() };

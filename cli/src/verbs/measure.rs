@@ -6,7 +6,7 @@ use calibench::assess::Adaptive;
 use calibench::files::{check_output_folder, with_reasons};
 use calibench::measure::{
     Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
-    OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_plan,
+    OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_dataset, read_plan,
 };
 use calibench::units::MM;
 use calibench_report::WORKSPACE;
@@ -127,15 +127,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let under = vec![("until_mm", until_mm.to_string()), ("until_model", format!("{model:?}"))];
     let outcome = run_with(arguments, Choice { choose: Some(&mut choose), silent: false, under })?;
+    let (Outcome::Done, Some(output), false) = (&outcome, &arguments.output, arguments.real.dry_run) else {
+        return Ok(outcome);
+    };
+    if let Err(e) = adaptive.judge(&read_dataset(output)?.samples) {
+        failure.get_or_insert_with(|| with_reasons(&e));
+    }
     if let Some(why) = failure {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
-    if let Outcome::Done = outcome
-        && !arguments.real.dry_run
-    {
-        print_answer(&reached_sentence(&adaptive, until_mm))?;
-    }
-    Ok(if adaptive.is_enough() || arguments.real.dry_run { outcome } else { Outcome::ExpectationFailed })
+    print_answer(&reached_sentence(&adaptive, until_mm))?;
+    Ok(if adaptive.is_enough() { outcome } else { Outcome::ExpectationFailed })
 }
 
 /// What an adaptive campaign has reached.

@@ -1,5 +1,5 @@
-//! `check` on a cell: the sentinels are planned, probed until the answer is sure, and kept in a history; and a campaign that
-//! measures no more than it needs. Both go on after an interruption, and refuse what they cannot use before anything moves.
+//! `check` on a cell: the sentinels are planned, probed until the answer is sure, and kept in a history. It goes on after an
+//! interruption, and refuses what it cannot use before anything moves.
 
 use std::fs;
 use std::path::Path;
@@ -121,23 +121,4 @@ fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
         "was not measured when the robot was calibrated",
     );
     assert!(!at.join("now").exists() && !at.join("now.journal").exists());
-}
-
-#[test]
-fn a_campaign_ends_when_it_is_enough() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    fs::write(at.join("cell.toml"), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
-    ran(at, "plan cell.toml -o plan.toml");
-    let rows = |name: &str| fs::read_to_string(at.join(name).join("samples.csv")).unwrap().lines().count() - 1;
-    let coarse = ran(at, "measure cell.toml --plan plan.toml --until-mm 0.3 -o coarse");
-    let said = String::from_utf8_lossy(&coarse.stdout).into_owned();
-    assert!(said.contains("Enough: ") && said.contains("below 0.3 mm with a probability of 90 %"), "{said}");
-    assert!((12..40).contains(&rows("coarse")), "{}", rows("coarse"));
-    // What no plan reaches is said, and everything is measured.
-    let never = calibench(at, &["measure", "cell.toml", "--plan", "plan.toml", "--until-mm", "0.001", "-o", "never"]);
-    assert_eq!((never.status.code(), rows("never")), (Some(1), 80));
-    assert!(String::from_utf8_lossy(&never.stdout).contains("0.001 mm are not reached"));
-    refused(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x", "0.001 to 10 mm");
 }

@@ -1,6 +1,7 @@
 //! The guarantees of this package, one file each.
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
+mod a_campaign_measures_no_more_than_it_needs;
 mod a_check_goes_from_plan_to_history;
 mod a_designed_artifact_keeps_its_promise;
 mod a_diagnosis_says_what_to_do;
