@@ -8,6 +8,8 @@ use sha2::{Digest, Sha256};
 const PAGE: &str = include_str!("index.html");
 const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
+/// The three indicators on their ball.
+const ICON: &str = include_str!("icon.svg");
 const THEME: &str = include_str!("theme.js");
 const DRAWING: &str =
     concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("linked.js"), include_str!("redraw.js"));
@@ -33,7 +35,7 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 /// The document remains text: `<`, `>` and `&` are written as JSON escapes, so no name can end the element that holds it, and
 /// the script creates no markup from it.
 pub fn page_html(document: &Value) -> String {
-    laid_out(&embedded(document), &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+    laid_out(&embedded(document), "", &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
 }
 
 /// A page of charts on any subject, in the style of the report: `script` finds the document in the element `data` and may use
@@ -75,7 +77,9 @@ pub struct LivePage<'a> {
 impl LivePage<'_> {
     /// Returns the page.
     pub fn html(&self) -> String {
-        laid_out("null", self)
+        // A browser asks the server for an icon that the page does not carry.
+        let icon = format!("<link rel=\"icon\" href=\"data:image/svg+xml;base64,{}\">\n", STANDARD.encode(ICON));
+        laid_out("null", &icon, self)
     }
 }
 
@@ -85,10 +89,11 @@ pub(crate) fn script_sources(script: &str) -> String {
     all.map(|text| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text)))).join(" ")
 }
 
-fn laid_out(data: &str, live: &LivePage<'_>) -> String {
+fn laid_out(data: &str, icon: &str, live: &LivePage<'_>) -> String {
     let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
     let parts = [
         ("POLICY", live.policy),
+        ("ICON", icon),
         ("THEME", THEME),
         ("STYLE", STYLE),
         ("LIVE_STYLE", live.style),
