@@ -7,7 +7,7 @@ use crate::optional;
 use calibench::assess::{Diagnosis, Verdict};
 use calibench::effects::in_words;
 
-/// The tables of a diagnosis for a terminal: the effects that stand out, the contributions and, if asked for or if nothing else
+/// The tables of a diagnosis for a terminal: the candidates, the contributions and, if asked for or if nothing else
 /// explains the residual, the heat map.
 pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
     let mut out = String::new();
@@ -30,7 +30,11 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
             ]
         })
         .collect();
-    out.push_str("EFFECTS THAT STAND OUT\n");
+    out.push_str(match (rows.is_empty(), d.verdict.is_noise()) {
+        (true, _) => "NO CANDIDATES\n",
+        (false, true) => "CANDIDATES, none of which stands out\n",
+        (false, false) => "CANDIDATES, the best first\n",
+    });
     out.push_str(&plain_table(
         &[
             "effect",

@@ -30,6 +30,12 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     all.push(left(d));
     all.extend(suspects(d));
     all.extend(scatter_sentences(&d.scatter));
+    if d.noise_is_overstated() {
+        all.push(format!(
+            "Noise: the residual is smaller than the stated noise allows (chi2/dof {:.2}), so it is stated too large, and what is smaller than it is overlooked. Measure ten targets twice to know it, and correct [noise] of dataset.toml.",
+            d.chi2_per_dof
+        ));
+    }
     if d.verdict != Verdict::SuspectSamples {
         all.extend(outlier(d));
     }
@@ -78,6 +84,11 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let word = if d.verdict == Verdict::SuspectSamples { "Without them" } else { "Verdict" };
     let mut all = Vec::new();
     match beneath(d) {
+        Verdict::NothingLeft if d.is_thin() => all.push(format!(
+            "{word}: nothing left, but hardly anything could be found: {} residuals are few for a model of {} unknowns. Measure more postures.",
+            d.residuals,
+            d.residuals - d.dof
+        )),
         Verdict::NothingLeft | Verdict::SuspectSamples | Verdict::DataDoNotFit => all.push(format!(
             "{word}: nothing left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
         )),
@@ -185,11 +196,18 @@ fn left(d: &Diagnosis) -> String {
             d.dof
         )
     } else {
+        let balance = if beneath(d).is_noise() {
+            String::new()
+        } else {
+            format!(
+                "; with the best explanation {noise:.4} mm would remain, so at least {unexplained:.4} mm are {}",
+                UNEXPLAINED.name
+            )
+        };
         format!(
-            "{} {rms:.4} mm rms (3-D) on {} samples; with the best explanation {noise:.4} mm would remain, so up to {unexplained:.4} mm are {}. The data do not state their noise.",
+            "{} {rms:.4} mm rms (3-D) on {} samples{balance}. The data do not state their noise.",
             capital(RESIDUAL.name),
-            d.samples,
-            UNEXPLAINED.name
+            d.samples
         )
     }
 }
@@ -200,8 +218,8 @@ fn saw_means_do(f: &Finding) -> Vec<String> {
     let at = match (&h.place, &h.moment) {
         (None | Some(Place::Sample(_)), _) => String::new(),
         (Some(Place::Order(_)), _) => String::new(),
-        (Some(Place::Time(t)), Some(moment)) => format!(", after {t} s, {}", moment_words(moment)),
-        (Some(Place::Time(t)), None) => format!(", after {t} s"),
+        (Some(Place::Time(t)), Some(moment)) => format!(", after {t:.1} s, {}", moment_words(moment)),
+        (Some(Place::Time(t)), None) => format!(", after {t:.1} s"),
     };
     let hidden = if h.visible < HIDDEN {
         format!(

@@ -56,7 +56,7 @@ pub const NOT_FITTED: Figure = Figure {
 pub const WORKSPACE: Figure = Figure {
     name: "expected over the workspace",
     meaning: "the position error to expect at postures all over the workspace, drawn from everything that the data leave possible; without the instrument's noise",
-    verbs: &["validate", "compare", "diagnose", "add", "ladder", "next"],
+    verbs: &["validate", "compare", "diagnose", "add", "ladder"],
     keys: &["workspace"],
     function: path!(calibench::assess::WorkspaceError::predict),
 };

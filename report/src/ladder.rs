@@ -15,9 +15,10 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
     if validated {
         header.extend(["mean", "max"].map(|of| format!("{}, {of}", NOT_FITTED.name)));
     }
-    header.push(marked(1, NOISE_LEFT.name));
-    let stated = first.calibration.noise_stated;
+    // Without known noise there is only what the best explanation would leave, which is no figure of the instrument.
+    let stated = first.diagnosis.lack_of_fit_p.is_some();
     if stated {
+        header.push(marked(1, NOISE_LEFT.name));
         header.push(marked(1, "chi2/dof"));
     }
     let several = first.sessions.len() > 1;
@@ -29,7 +30,7 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
             }
         }
     }
-    header.extend(first.checks.iter().map(|c| format!("check {}", c.name)));
+    header.extend(first.checks.iter().map(|c| format!("check {}, rms, with base and tool of its own", c.name)));
     let row = |r: &&LadderStep| {
         let workspace = r
             .workspace
@@ -40,8 +41,8 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
             let of = |f: fn(&Validation) -> f64| r.validation.as_ref().map_or(String::new(), |v| mm(f(v)));
             row.extend([of(|v| v.mean), of(|v| v.max)]);
         }
-        row.push(mm(r.noise));
         if stated {
+            row.push(mm(r.noise));
             row.push(format!("{:.2}", r.chi2_per_dof));
         }
         if several {

@@ -56,7 +56,7 @@ pub fn gain_sentence(gain: &Gain) -> String {
     let size = matches!(gain.lacks(), Some(Lack::Size { .. }));
     let (of_squares, of_sigma) = if size { (wanted.as_str(), "") } else { ("", wanted.as_str()) };
     format!(
-        "{} that were not fitted are predicted {better}: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares{of_squares}, {:.1} standard errors{of_sigma})",
+        "{} that were not fitted are predicted {better}: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, the largest clipped{of_squares}; {:.1} standard errors{of_sigma})",
         gain.division.words(),
         gain.rms[0] / MM,
         gain.rms[1] / MM,
@@ -138,8 +138,11 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
 }
 
 /// The reasons why a ladder ends, one line each.
-pub fn top_sentences(top: &StopReason, commands: &Recommended) -> Vec<String> {
+pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended) -> Vec<String> {
     match top {
+        StopReason::NothingLeft if last.diagnosis.is_thin() => {
+            vec!["The ladder stops: nothing is found, but the samples are too few to find anything.".into()]
+        }
         StopReason::NothingLeft => vec!["The ladder stops: the residual is noise.".into()],
         StopReason::NoiseLargerThanStated => {
             vec!["The ladder stops: the residual is noise, and more of it than stated.".into()]
@@ -150,7 +153,7 @@ pub fn top_sentences(top: &StopReason, commands: &Recommended) -> Vec<String> {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
             all.extend(tried.iter().map(|(effect, objections)| {
                 let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-                format!("  not {}: {}", each_called(effect), why.join("; "))
+                format!("  not added: {}: {}", each_called(effect), why.join("; "))
             }));
             all.push(format!(
                 "`calibench next {}{}` names measurements that would add information.",

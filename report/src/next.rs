@@ -1,7 +1,6 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
-use super::effect_names::{called, capital};
-use super::figures::WORKSPACE;
+use super::effect_names::called;
 use super::tables::plain_table;
 use crate::optional;
 use calibench::assess::{Criterion, Detectability, Offer, Proposal, Step};
@@ -42,7 +41,7 @@ pub fn next_table(p: &Proposal) -> String {
             "measurements",
             optional!(1, "P(truth)"),
             "resolved",
-            "expected over the workspace, mm",
+            "with all that may be missing, over the workspace, mm",
         ],
         &rows,
     )
@@ -53,9 +52,10 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     let mut all = Vec::new();
     match p.rivals.as_slice() {
         [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
-        [one] => {
-            all.push(format!("{} stands alone; measurements are chosen for accuracy alone.", capital(&called(&one.effect))))
-        }
+        [one] => all.push(format!(
+            "Only one effect is in question, {}; measurements are chosen for accuracy alone.",
+            called(&one.effect)
+        )),
         several => {
             let named: Vec<String> =
                 several.iter().map(|r| format!("{}, probability {:.2}", called(&r.effect), r.probability)).collect();
@@ -66,7 +66,7 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
         let minutes = offer.action.duration(step.count) / MINUTE;
         let what = match (p.criterion, step.forecast, step.error) {
             (Criterion::Discrimination, Some(forecast), _) => format!("resolve with chance {:.2}", forecast.resolved),
-            (_, _, Some(error)) => format!("leave {:.3} mm {}", error / MM, WORKSPACE.name),
+            (_, _, Some(error)) => format!("leave {:.3} mm over the workspace, with all that may be missing", error / MM),
             _ => "change nothing that could be measured".into(),
         };
         format!("{} {} {what}, in {minutes:.0} min", step.count, offer.action.words())

@@ -16,6 +16,7 @@ const MOST_REFUSED: usize = 3;
 pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let next = match advice.to_do {
         ToDo::Unknown => return Vec::new(),
+        ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; from so few nothing can be told.".to_owned(),
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);
@@ -47,10 +48,11 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             command(advice, diagnosis, commands)
         ),
     };
-    let refused = advice.refused.iter().take(MOST_REFUSED);
+    // What is advised all the same, as a sample is that disagrees with all others, is not refused.
+    let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
     let refused = refused.map(|(effect, objections)| {
         let why = objections.first().map(objection_sentence).unwrap_or_default();
-        format!("Not {}: {why}.", each_called(effect))
+        format!("Not added: {}: {why}.", each_called(effect))
     });
     std::iter::once(next).chain(refused).collect()
 }

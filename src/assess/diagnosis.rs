@@ -80,6 +80,8 @@ pub struct Contribution {
 pub struct Diagnosis {
     /// Number of fitted samples.
     pub samples: usize,
+    /// Number of scalar residuals.
+    pub residuals: usize,
     /// Number of residuals minus number of unknowns.
     pub dof: usize,
     /// Root mean square of the 3-D residual, m.
@@ -132,10 +134,23 @@ pub struct Diagnosis {
     pub fitted: Vec<String>,
 }
 
+/// Probability, if the stated noise were right, below which residuals are too small for it.
+const NOISE_DOUBTED: f64 = 1e-3;
+
 /// Odds against the background beyond which a single sample disagrees with all others.
 const OUTLIER_ODDS: f64 = 20.0;
 
 impl Diagnosis {
+    /// True if the residuals are fewer than two for each unknown: an effect that the model lacks would hardly show.
+    pub fn is_thin(&self) -> bool {
+        2 * self.dof < self.residuals
+    }
+
+    /// True if the residuals are smaller than the stated noise allows: it is stated too large, and hides what is smaller.
+    pub fn noise_is_overstated(&self) -> bool {
+        self.lack_of_fit_p.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
+    }
+
     /// Index of the finding that a single sample disagrees with all others, if there is one.
     pub fn outlier(&self) -> Option<usize> {
         let sticks_out = |f: &Finding| f.is_sample() && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln();

@@ -135,7 +135,7 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
 #[non_exhaustive]
 pub enum Unplaced {
     /// The data lack something that is needed.
-    #[error("finding its place needs {needs}")]
+    #[error("finding its place needs {needs} of samples.csv")]
     Needs {
         /// The data that are missing.
         needs: &'static str,

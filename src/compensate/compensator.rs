@@ -100,6 +100,14 @@ pub struct Compensated {
     pub warnings: Warnings,
 }
 
+impl Compensated {
+    /// The predicted uncertainty; `None` for a refused target, and beyond the ranges in which joints were measured, where nothing
+    /// is known of the error.
+    pub fn uncertainty(&self) -> Option<&Uncertainty> {
+        self.outcome.as_ref().ok().map(|fake| &fake.uncertainty).filter(|_| !self.warnings.out_of_range)
+    }
+}
+
 /// Compensates targets one by one.
 ///
 /// ```

@@ -1,7 +1,7 @@
 //! `FAKE.csv`: every target with its status, the target to be commanded, and its uncertainty.
 
 use super::targets_file::POSE;
-use super::{Compensated, Target};
+use super::{Compensated, Target, Uncertainty};
 use crate::robot::{FramePose, JointKind, Pose, Robot};
 use crate::units::{DEG, MM};
 
@@ -15,7 +15,7 @@ use crate::units::{DEG, MM};
 /// | `x_mm` ... `c_deg` | the fake target, in the frame in which targets are given |
 /// | `q1_deg` ... | the corresponding joints; `q1_mm` of a prismatic one |
 /// | `s` `t` | their status and turn, for arms that have them |
-/// | `sigma_worst_mm` `sigma_3d_mm` | predicted one-sigma of the TCP along its worst direction, and of all three together |
+/// | `sigma_worst_mm` `sigma_3d_mm` | predicted one-sigma of the TCP along its worst direction, and of all three together; empty if `out_of_range` |
 /// | `shift_mm` | distance of the fake TCP from the desired one |
 /// | `payload` | as named in the row |
 /// | `target_x_mm` ... `target_c_deg` | the desired target |
@@ -50,7 +50,8 @@ pub fn fake_csv(robot: &Robot, targets: &[Target], results: &[Compensated]) -> S
                     fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string())
                 };
                 row.extend([bits(|s| s.status), bits(|s| s.turn)]);
-                row.extend([fake.uncertainty.worst_axis, fake.uncertainty.three_d, fake.shift].map(millimetres));
+                let known = |of: fn(&Uncertainty) -> f64| result.uncertainty().map_or(String::new(), |u| millimetres(of(u)));
+                row.extend([known(|u| u.worst_axis), known(|u| u.three_d), millimetres(fake.shift)]);
             }
             Err(refusal) => {
                 row.extend([refusal.name().to_owned(), warnings.join(" ")]);

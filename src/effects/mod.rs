@@ -227,7 +227,7 @@ impl<'a> Subject<'a> {
 #[non_exhaustive]
 pub enum EffectError {
     /// No such family.
-    #[error("there is no effect '{id}' in the catalogue")]
+    #[error("there is no effect '{id}' in the catalogue, which docs/gallery lists")]
     Unknown {
         /// As given.
         id: String,

@@ -56,12 +56,16 @@ pub fn in_words(id: &str) -> String {
 /// ```
 pub fn variable_in_words(name: &str) -> String {
     let joint = |prefix: &str| name.strip_prefix(prefix)?.parse::<usize>().ok();
-    match (joint("q"), joint("tau"), name) {
+    match (joint("q"), joint("tau"), joint("approach"), name) {
         (Some(joint), ..) => format!("angle of joint {joint}"),
-        (_, Some(joint), _) => format!("gravity torque on joint {joint}"),
+        (_, Some(joint), ..) => format!("gravity torque on joint {joint}"),
+        (_, _, Some(joint), _) => format!("side of approach of joint {joint}"),
         (.., "q2+q3") => "sum of the angles of joints 2 and 3".to_owned(),
         (.., "time_s") => "time".to_owned(),
-        (.., other) => other.to_owned(),
+        (.., other) => match other.strip_prefix("qcmd").and_then(|rest| rest.split_once('-')) {
+            Some((joint, _)) => format!("commanded minus reported angle of joint {joint}"),
+            None => other.to_owned(),
+        },
     }
 }
 

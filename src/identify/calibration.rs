@@ -11,7 +11,7 @@ use super::fit::fit_some;
 use super::fit_result::{Fit, FitError, Outcome};
 use super::prediction::{Application, Prediction};
 use super::problem::UNSTATED_SIGMA;
-use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use};
+use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use, covariance_with_model_error};
 use crate::math::Observability;
 use crate::measure::Dataset;
 use crate::robot::{FramePose, Payload, Robot};
@@ -166,9 +166,13 @@ impl Calibration {
         open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
     }
 
-    /// Converts a fit to a calibration, with uncertainties due to noise alone.
+    /// Converts a fit to a calibration, with uncertainties by noise and by what the model lacks, as [`identify`] states them;
+    /// by noise alone where the residuals do not tell.
+    ///
+    /// [`identify`]: super::identify
     pub fn of(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem, fit: &Fit) -> Self {
-        Calibration::with_covariance(datasets, model, problem, fit, &fit.covariance)
+        let covariance = covariance_with_model_error(problem, fit).unwrap_or_else(|_| fit.covariance.clone());
+        Calibration::with_covariance(datasets, model, problem, fit, &covariance)
     }
 
     /// Converts a fit to a calibration, the errors of the kept parameters (SI) having the second moments `covariance`.

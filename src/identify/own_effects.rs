@@ -9,7 +9,10 @@ use crate::units::{Unit, readable};
 /// A user-defined effect as written in a file; linear in its coefficients.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table [[effect]] with name, unit and terms; effects of the catalogue are listed in `effects`"
+)]
 pub struct OwnEffectTable {
     /// Its id: letters, digits, `_`, `-`.
     name: String,

@@ -208,9 +208,15 @@ impl<'a> Proposal<'a> {
                 named(minus)
             ),
         };
+        // Units in the titles are taken at their word; others are tried.
+        let by = |columns: &[usize], of: &[&'static str]| match units(self.table, columns, of).len() {
+            1 => ", as the titles say",
+            _ => ", which fit the nominal arm best",
+        };
+        let (joints, points_by) = (by(self.joints, &["deg", "rad"]), by(&self.points, &["mm", "m"]));
         [
             points,
-            format!("units: joints in {}, positions in {}, which fit the nominal arm best", self.joint_unit, self.point_unit),
+            format!("units: joints in {}{}, positions in {}{}", self.joint_unit, joints, self.point_unit, points_by),
             format!("with base and tool fitted, the nominal arm leaves {:.3} mm rms", residual / MM),
         ]
     }

@@ -271,7 +271,10 @@ fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Plac
                 ..FileError::whole(
                     path,
                     "there is no such column",
-                    format!("this file has {}", titles.unwrap_or_default().join(", ")),
+                    match titles.unwrap_or_default() {
+                        [] => "the file is empty; name one with a table".to_owned(),
+                        titles => format!("this file has {}", titles.join(", ")),
+                    },
                 )
             }),
             place => Ok(place),

@@ -11,6 +11,17 @@ use super::journal_entry::Entry;
 use super::journal_lines::{Broken, read_lines};
 use crate::files::{FileError, cannot_be_read, open_file};
 
+/// Refuses a folder that holds a measured campaign, whose measurements nothing but measuring makes again.
+///
+/// # Errors
+/// When the folder holds one.
+pub fn refuse_measured(folder: &Path) -> Result<(), FileError> {
+    if !folder.join(CAMPAIGN_JOURNAL).exists() {
+        return Ok(());
+    }
+    Err(FileError::whole(folder, "holds a measured campaign, which would be lost", "name another folder, or remove this one"))
+}
+
 /// Name of the journal in the dataset of a finished campaign.
 pub(super) const CAMPAIGN_JOURNAL: &str = "campaign.journal";
 

@@ -64,6 +64,7 @@ pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};
 pub use journal::{Journal, OpenedJournal, journal_path};
 pub use journal_entry::{JournalSession, ProbingEntry};
+pub use journal_place::refuse_measured;
 pub use last_motion::LastMotion;
 pub(crate) use limits::{TEMPERATURE_C, TIME_S, out_of_range};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master, still_mastered};

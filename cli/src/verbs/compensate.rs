@@ -9,8 +9,8 @@ use std::path::Path;
 
 use calibench::assess::Extrapolation;
 use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, fake_csv, flange_frame,
-    read_targets, urdf,
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, Uncertainty, fake_csv,
+    flange_frame, read_targets, urdf,
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
@@ -22,7 +22,7 @@ use calibench::units::MM;
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
 };
-use calibench_report::{extrapolation_sentence, plain_table};
+use calibench_report::{HERE, extrapolation_sentence, plain_table};
 use nalgebra::{Point3, Vector3};
 
 use super::failure::{Failure, Outcome};
@@ -239,20 +239,30 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         ))?;
     }
     if !fakes.is_empty() {
-        let row = |name: &str, of: fn(&Fake) -> f64| {
-            let mean = fakes.iter().map(|f| of(f)).sum::<f64>() / fakes.len() as f64;
-            let max = fakes.iter().map(|f| of(f)).fold(0.0, f64::max);
+        let row = |name: &str, all: &[f64]| {
+            let (mean, max) = (all.iter().sum::<f64>() / all.len() as f64, all.iter().copied().fold(0.0, f64::max));
             [name.to_owned(), format!("{:.3}", mean / MM), format!("{:.3}", max / MM)]
         };
-        let rows = [
-            row("shift of the target", |f| f.shift),
-            row("expected here, 1 sigma, worst axis", |f| f.uncertainty.worst_axis),
-            row("expected here, 1 sigma, 3-D", |f| f.uncertainty.three_d),
-        ];
+        let shifts: Vec<f64> = fakes.iter().map(|f| f.shift).collect();
+        let mut rows = vec![row("shift of the target", &shifts)];
+        let known: Vec<_> = results.iter().filter_map(Compensated::uncertainty).collect();
+        let (inside, outside) = (known.len(), fakes.len() - known.len());
+        if inside > 0 {
+            let of = if outside > 0 { format!(", of the {inside} in the measured ranges") } else { String::new() };
+            let [worst, whole]: [Vec<f64>; 2] =
+                [known.iter().map(|u| u.worst_axis).collect(), known.iter().map(|u| u.three_d).collect()];
+            rows.push(row(&format!("{}, 1 sigma, worst axis{of}", HERE.name), &worst));
+            rows.push(row(&format!("{}, 1 sigma, 3-D{of}", HERE.name), &whole));
+        }
         print(&plain_table(&["mm", "mean", "max"], &rows))?;
-        print(
-            "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
-        )?;
+        if outside > 0 {
+            print("Of targets beyond the ranges in which joints were measured no error can be told.")?;
+        }
+        if inside > 0 {
+            print(
+                "The prediction holds where samples were taken; elsewhere in these ranges `calibench compare` tells by how much the error may be larger.",
+            )?;
+        }
     }
     tell_setting(compensator, &compensator.assumptions(targets))
 }
@@ -262,19 +272,19 @@ fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Com
     let of_kind = |q: &[f64], kind: JointKind| -> Vec<Option<f64>> {
         q.iter().zip(robot.kinds()).map(|(q, of)| (of == kind).then(|| q / kind.unit().si)).collect()
     };
-    let fake = |fake: &Fake| documents::Fake {
+    let fake = |fake: &Fake, known: Option<&Uncertainty>| documents::Fake {
         fake: (&fake.pose).into(),
         q_deg: of_kind(&fake.q, JointKind::Revolute),
         q_mm: robot.first_prismatic().map(|_| of_kind(&fake.q, JointKind::Prismatic)),
         s: fake.status_turn.map(|s| s.status),
         t: fake.status_turn.map(|s| s.turn),
-        sigma_worst_mm: fake.uncertainty.worst_axis / MM,
-        sigma_3d_mm: fake.uncertainty.three_d / MM,
+        sigma_worst_mm: known.map(|u| u.worst_axis / MM),
+        sigma_3d_mm: known.map(|u| u.three_d / MM),
         shift_mm: fake.shift / MM,
     };
     let of = |(target, result): (&Target, &Compensated)| {
         let (status, outcome) = match &result.outcome {
-            Ok(pose) => ("ok", TargetOutcome::Ok(fake(pose))),
+            Ok(pose) => ("ok", TargetOutcome::Ok(fake(pose, result.uncertainty()))),
             Err(refusal) => (refusal.name(), TargetOutcome::Refused { why: refusal.to_string() }),
         };
         CompensatedTarget {

@@ -6,7 +6,7 @@ use calibench::assess::data_fit;
 use calibench::files::{check_output_file, check_output_folder, is_standard_output, write_whole};
 use calibench::identify::Use;
 use calibench::import::{Holdout, ImportOptions, guess, import};
-use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
+use calibench::measure::{DATASET_TOML, SampleSet, refuse_measured, write_dataset};
 use calibench::robot::{BUILT_IN, RobotReference, robot};
 use calibench::units::MM;
 use calibench_report::{documents, misfit_sentence};
@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Files to read (for mukca folders as well)
     #[arg(required = true, value_parser = input())]
     files: Vec<PathBuf>,
-    /// Output folder for the dataset; an existing dataset is replaced. For guess the output file for the map
+    /// Output folder for the dataset; an existing dataset is replaced, but for one that `measure` made. For guess the output file for the map
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: PathBuf,
     /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
@@ -67,6 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err("output: a dataset is a folder, and cannot be standard output; name one with -o".into());
     }
     check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
+    refuse_measured(&arguments.output)?;
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
     let options = ImportOptions { holdout, map: arguments.map.clone(), robot: arguments.robot.clone(), sets };

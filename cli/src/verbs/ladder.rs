@@ -93,7 +93,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for (k, ladder_step) in steps.iter().enumerate() {
         added_sentences(&ladder_step.added, &steps[..k]).iter().try_for_each(|sentence| print(sentence))?;
     }
-    for sentence in top_sentences(&climbed.top, &Recommended::of(&arguments.datasets, arguments.model.as_deref())) {
+    for sentence in
+        top_sentences(&climbed.top, climbed.last(), &Recommended::of(&arguments.datasets, arguments.model.as_deref()))
+    {
         print(&sentence)?;
     }
     for check in &chosen.checks {
@@ -126,14 +128,22 @@ fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
         Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
-        Climb::Refused(effect, objections) => {
-            say(format!("  not {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default()));
+        // In the end all refusals are told together.
+        Climb::Refused(effect, objections) if is_detailed() => {
+            say(format!(
+                "  not added: {}: {}",
+                each_called(effect),
+                objections.first().map(objection_sentence).unwrap_or_default()
+            ));
         }
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));
-            ladder_step.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
+            if is_detailed() {
+                ladder_step.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
+            }
             waiting.now("looking for the next step");
         }
+        Climb::Refused(..) => {}
         Climb::Choosing => waiting.begin("choosing between steps, error curves and the whole library"),
     }
 }

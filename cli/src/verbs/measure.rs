@@ -210,7 +210,9 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         OpenedJournal::Finished { probings } => {
             let dataset = output.display();
             if !silent {
-                print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+                print_answer(&format!(
+                    "nothing to do: the campaign is finished, after {probings} probings; its dataset is in {dataset}"
+                ))?;
             }
             return Ok(Outcome::Done);
         }

@@ -144,7 +144,9 @@ fn open_journal(
         OpenedJournal::Finished { probings } => {
             if !silent {
                 let dataset = output.display();
-                print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+                print_answer(&format!(
+                    "nothing to do: the campaign is finished, after {probings} probings; its dataset is in {dataset}"
+                ))?;
             }
             Ok(None)
         }

@@ -106,9 +106,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(&format!("Not offered: {}: {}.", not.what, not.because))?;
     }
     if !layout.is_known {
-        print(
-            "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.",
-        )?;
+        let balls = if datasets.iter().all(|(_, d)| d.balls.is_empty()) { "" } else { " and balls" };
+        print(&format!(
+            "Nothing but the robot{balls} is known to stand in the cell: look at every pose before it is driven, or name a scenario."
+        ))?;
     }
     written.iter().try_for_each(|line| print_answer(line))?;
     Ok(Outcome::Done)

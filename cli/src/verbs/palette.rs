@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn colour_changes_no_letter() {
         let text = "Verdict: partly. Something is missing.\n  rank   31.0  in [31, 31]  met\n  mean  9.0  in [1, 2]  NOT MET\n\
-                    EFFECTS THAT STAND OUT\nPARAMETERS, by TriCal\nBY BALL (artifact): residual\nordinary\n│ c2 │ mdeg/(N·m)  (negative: not physical) │\n";
+                    CANDIDATES, the best first\nPARAMETERS, by TriCal\nBY BALL (artifact): residual\nordinary\n│ c2 │ mdeg/(N·m)  (negative: not physical) │\n";
         let colours = painted(text);
         assert_eq!(plain(&colours), text);
         assert!(colours.lines().filter(|line| line.contains('\u{1b}')).count() == 7, "{colours:?}");

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Extrapolation, Validation};
-use calibench::identify::Use;
+use calibench::identify::{Calibration, Use};
 use calibench::measure::{Dataset, SampleSet};
+use calibench::units::MM;
 use calibench_report::documents::{OutsideRange, Validated};
 use calibench_report::{
     NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, orientation_table,
@@ -72,6 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let differs = judged_alike(&validation, &forecast.error, beyond.outside);
         differs.iter().try_for_each(|sentence| print(sentence))?;
     }
+    other_base(&calibration, &named(&datasets), which, &validation).iter().try_for_each(|sentence| print_answer(sentence))?;
     print(&histogram(&validation, 12))?;
     if !validation.from_fit_rows.is_empty() {
         print(&format!(
@@ -83,4 +85,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(&format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Errors that a base and a tool of their own reduce to less than this share are those of another set-up.
+const ANOTHER: f64 = 0.2;
+
+/// States that rows were measured from another place, or with another tool, if that is most of their error.
+fn other_base(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use, as_it_is: &Validation) -> Option<String> {
+    let anew = Validation::of(&calibration.set_up_anew().predict(datasets, which).ok()?)?;
+    (anew.rms < ANOTHER * as_it_is.rms).then(|| {
+        format!(
+            "With base and tool found anew (`--set-up-anew`) these rows leave {:.3} mm rms: here robot or tracker stand elsewhere than in the calibration, or the tool is another.",
+            anew.rms / MM
+        )
+    })
 }

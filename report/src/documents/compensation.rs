@@ -48,10 +48,10 @@ pub struct Fake {
     pub s: Option<u8>,
     /// KUKA's turn; null for other arms.
     pub t: Option<u8>,
-    /// Predicted one-sigma along the worst axis, mm.
-    pub sigma_worst_mm: f64,
-    /// Predicted one-sigma in space, mm.
-    pub sigma_3d_mm: f64,
+    /// Predicted one-sigma along the worst axis, mm; null beyond the ranges in which joints were measured.
+    pub sigma_worst_mm: Option<f64>,
+    /// Predicted one-sigma in space, mm; null beyond the ranges in which joints were measured.
+    pub sigma_3d_mm: Option<f64>,
     /// Distance from target to fake target, mm.
     pub shift_mm: f64,
 }

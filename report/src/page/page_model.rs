@@ -147,7 +147,7 @@ impl PageModel {
 fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| f.hypothesis.in_model.clone());
-    let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name()));
+    let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name(), cell.explains));
     // The ids of the effects that the headline names.
     let effects: Vec<String> = match d.verdict {
         Verdict::Identified => named().take(1).collect(),
@@ -170,6 +170,10 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
             )
         }
         Verdict::DataDoNotFit => ("These data do not fit this robot".to_owned(), "Nothing is diagnosed.".to_owned()),
+        Verdict::NothingLeft if d.is_thin() => (
+            "Too few samples to find anything".to_owned(),
+            "Nothing sticks out of these data, but hardly anything could: measure more postures.".to_owned(),
+        ),
         Verdict::NothingLeft => (
             "The residual is noise".to_owned(),
             "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
@@ -188,10 +192,12 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
             (format!("Missing in the model: {}", all.join("; or ")), "These data cannot tell which.".to_owned())
         }
         Verdict::Unexplained => match curve {
-            Some((joint, variable)) => (
+            Some((joint, variable, share)) => (
                 format!("Unexplained: the error of joint {joint} follows the {}", variable_in_words(&variable)),
-                "No single effect of the catalogue explains the residual; a smooth curve of that joint explains most of it."
-                    .to_owned(),
+                format!(
+                    "No single effect of the catalogue explains the residual; a smooth curve of that joint explains {:.0} % of it.",
+                    100.0 * share
+                ),
             ),
             None => (
                 "Unexplained: many small effects, none of them unusual".to_owned(),

@@ -348,7 +348,7 @@ fn narrated(climb: &Climb<'_>) -> String {
     match climb {
         Climb::Trying(effect) => format!("Trying {} …", each_called(effect)),
         Climb::Refused(effect, objections) => {
-            format!("Not {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default())
+            format!("Not added: {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default())
         }
         Climb::Reached(step) => ladder_step_sentence(step),
         Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),

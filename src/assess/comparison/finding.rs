@@ -100,7 +100,11 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
             test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
             // Several views may each leave no more than the noise: then the one that takes away most counts.
             let gain = [judge.gain(&now, &taken) - 2.0 * places.ln(), taken.squares];
-            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains);
+            // What other views leave is small where they take much; a sample is accused only if it disagrees with the others
+            // as they were measured, too.
+            let as_measured =
+                || !scanned(*subject) || judge.test(scores, &scores.taken(patterns), family * places).p_family < SIGNIFICANCE;
+            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains) && as_measured();
             if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);
                 let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();

@@ -246,7 +246,9 @@ impl Comparison {
             Subject::Ball(b) => format!("ball {}", self.balls[b].ball),
             Subject::Tool(s) => format!("the tool{}", self.place(s)),
             Subject::World(s) => format!("the base{}", self.place(s)),
-            Subject::Curve(c) => format!("joint {} against {}", self.joints[c].joint, self.joints[c].against.name()),
+            Subject::Curve(c) => {
+                format!("joint {} against the {}", self.joints[c].joint, variable_in_words(&self.joints[c].against.name()))
+            }
             Subject::Offset(k) => format!("joint {}", self.offsets[k].joint),
             Subject::Sample(w) => format!("sample {}", self.worst[w].id),
         };
@@ -258,14 +260,19 @@ impl Comparison {
         let missing = !known || self.lack_of_fit.p.is_none_or(|p| p < SIGNIFICANCE);
         if self.findings.is_empty() {
             return Some(match (missing, known) {
-                (true, true) => "No ball, tool, base, joint or sample stands out: what is unexplained comes from several causes, or follows \
-                                 something that is not shown here."
-                    .into(),
+                (true, true) => {
+                    "No ball, tool, base, joint or sample stands out: what is unexplained comes from several causes, follows \
+                                 something that is not shown here, or is noise beyond the stated; a diagnosis tells which."
+                        .into()
+                }
                 (true, false) => "No ball, tool, base, joint or sample stands out from the rest.".into(),
                 (false, _) => "Nothing stands out: the residual is noise.".into(),
             });
         }
-        let left = format!("With {} taken away", if self.findings.len() == 1 { "that" } else { "those" });
+        let left = match self.findings.len() {
+            1 => "With that taken away",
+            _ => "Each of these shares is beyond those before it; with all taken away",
+        };
         let rms = three(self.rms * self.left.sqrt() / MM);
         Some(match self.lack_of_fit.noise_left.filter(|_| known) {
             Some(noise) => format!("{left} about {rms} mm rms would remain (noise left {} mm).", three(noise / MM)),

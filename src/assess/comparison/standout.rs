@@ -37,11 +37,16 @@ pub struct Standout {
     pub effects: Vec<String>,
 }
 
+/// A finding may mislead about another if it explains this share of what the other does.
+const MISLEADS: f64 = 0.5;
+
 impl Comparison {
     /// The finding to look at first: not the one that explains most, but the one that would mislead about the others; the
-    /// stronger of two of a kind.
+    /// stronger of two of a kind. A small one misleads about nothing, unless it is a single sample.
     pub fn first_look(&self) -> Option<&Standout> {
-        self.findings.iter().min_by_key(|f| self.look_at(f.subject))
+        let most = self.findings.iter().map(|f| f.test.explains).fold(0.0, f64::max);
+        let misleads = |f: &&Standout| matches!(f.subject, Subject::Sample(_)) || f.test.explains >= MISLEADS * most;
+        self.findings.iter().filter(misleads).min_by_key(|f| self.look_at(f.subject))
     }
 
     /// The step of the order at which a subject is met.

@@ -323,6 +323,7 @@ impl<'a> Evidence<'a> {
         let (together, together_explain) = self.explained_together();
         Diagnosis {
             samples: examination.problem.sample_count(),
+            residuals: examination.problem.row_count(),
             dof: fit.dof,
             rms: fit.rms,
             noise,
