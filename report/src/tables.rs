@@ -104,7 +104,7 @@ pub fn wider_sentence(c: &Calibration) -> String {
     ratios.sort_by(f64::total_cmp);
     match ratios.get(ratios.len() / 2) {
         Some(&median) if median > WIDER => format!(
-            "The model lacks something: 1 sigma is by noise and by what it lacks, {median:.1} times (median) that by noise alone.\n"
+            "The model lacks something: 1 sigma covers noise and what is missing, and is {median:.1} times (median) that of noise alone.\n"
         ),
         _ => String::new(),
     }

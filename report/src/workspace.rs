@@ -140,7 +140,7 @@ pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
         format!("warning: {plain}")
     } else {
         format!(
-            "WARNING: {plain} The shapes of {} are known only where they were seen: THERE THEIR CORRECTION IS A GUESS. Measure there, or leave them out.",
+            "WARNING: {plain} The shapes of {} are known only where they were seen: THERE THEIR CORRECTION IS A GUESS. Measure there, or do not rely on it there.",
             match e.shapes.len() {
                 few if few <= MOST_SHAPES => all_called(&e.shapes),
                 many => format!("{} and {} more effects", all_called(&e.shapes[..MOST_SHAPES]), many - MOST_SHAPES),
