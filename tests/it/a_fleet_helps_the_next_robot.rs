@@ -117,12 +117,13 @@ fn measured_with_gears(arm: &Robot, points: usize, gear: f64, rng: &mut ChaCha8R
 #[ignore = "a study of minutes; the page docs/fleets.md has its results"]
 fn fleets_in_numbers() {
     let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(40u64);
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(40_000u64);
     for (gear, robots) in [(0.0, 20), (0.0, 5), (50.0 * URAD, 20)] {
         for apart in [0.0, 0.3, 1.0] {
             for points in [10, 20, 40, 80] {
                 let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
                 for trial in 0..trials {
-                    let mut rng = ChaCha8Rng::seed_from_u64(40_000 + trial);
+                    let mut rng = ChaCha8Rng::seed_from_u64(seed + trial);
                     let typical = kind(&mut rng);
                     let fleet = fleet_of(&typical, robots, gear, &mut rng);
                     let arm = deviating(&deviating(&typical, apart, &mut rng), APART, &mut rng);

@@ -223,6 +223,21 @@ fn a_bad_sample_is_looked_at_before_the_joint_that_explains_more() {
 }
 
 #[test]
+fn a_good_sample_is_not_accused_of_what_a_joint_does() {
+    let accused = |seed: u64| {
+        let mut cell = Cell::new(seed);
+        let ripple = |q: &[f64]| vec![0.0, 0.0, 200.0 * URAD * (202.0 * q[2]).sin(), 0.0, 0.0, 0.0];
+        let samples = cell.points(80, &ripple);
+        let data = cell.dataset(samples);
+        let c = compare(&data, &data, Use::Fit);
+        assert!(c.lack_of_fit.p.unwrap() < LEVEL);
+        c.findings.iter().any(|f| matches!(f.subject, Subject::Sample(_)))
+    };
+    let accused: Vec<u64> = (200..240).filter(|&seed| accused(seed)).collect();
+    assert!(accused.len() <= 2, "of 40 campaigns without a bad sample: {accused:?}");
+}
+
+#[test]
 fn a_moved_base_shows_in_the_world() {
     let mut cell = Cell::new(4);
     let samples = cell.points(120, &exact);

@@ -59,7 +59,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         false => Err(NoForecast::OtherRows),
     };
     if arguments.json {
-        print_json(&Validated { errors: documents::Validation::of(&validation), outside_range: OutsideRange::of(&beyond) })?;
+        print_json(&Validated {
+            errors: documents::Validation::of(&validation),
+            outside_range: OutsideRange::of(&beyond),
+            workspace: expected.as_ref().ok().map(documents::Workspace::of_forecast),
+        })?;
         return Ok(Outcome::Done);
     }
     // Rows to which the calibration was fitted have residuals, and no errors.

@@ -35,6 +35,43 @@ fn command(label: &str, said: &[String]) -> Vec<String> {
 }
 
 #[test]
+fn from_few_samples_and_noise_stated_too_large_little_is_concluded() {
+    let folder = run("table8.toml");
+    let trical = folder.path().join("run/trical");
+    let samples = fs::read_to_string(trical.join("samples.csv")).unwrap();
+    let described = fs::read_to_string(trical.join("dataset.toml")).unwrap();
+    let noise = described.lines().find(|line| line.starts_with("ball_um = ")).unwrap();
+    let stated: f64 = noise.trim_start_matches("ball_um = ").parse().unwrap();
+    let with = |name: &str, factor: f64, rows: usize| {
+        let at = folder.path().join(name);
+        fs::create_dir(&at).unwrap();
+        let few: Vec<&str> = samples.lines().take(1 + rows).collect();
+        fs::write(at.join("samples.csv"), few.join("\n") + "\n").unwrap();
+        fs::write(at.join("dataset.toml"), described.replace(noise, &format!("ball_um = {}", factor * stated))).unwrap();
+        if trical.join("robot.toml").exists() {
+            fs::copy(trical.join("robot.toml"), at.join("robot.toml")).unwrap();
+        }
+        let v = diagnosed(folder.path(), &[name]);
+        let next = v["advice"]["sentences"][0].as_str().unwrap().to_owned();
+        (v["verdict"].as_str().unwrap().to_owned(), sentences(&v).join("\n"), next)
+    };
+    let (verdict, said, next) = with("few", 1.0, 14);
+    assert_eq!(verdict, "nothing_left");
+    assert!(
+        said.contains("hardly anything could be found: 42 residuals") && next.contains("measure more postures"),
+        "{said}\n{next}"
+    );
+    let (verdict, said, next) = with("all", 1.0, 80);
+    assert_eq!(verdict, "nothing_left");
+    assert!(
+        !said.contains("hardly anything") && !said.contains("too large") && next.contains("nothing is to be added"),
+        "{said}"
+    );
+    let (_, said, _) = with("loud", 3.0, 80);
+    assert!(said.contains("it is stated too large"), "{said}");
+}
+
+#[test]
 fn a_moved_ball_is_named_and_to_be_looked_at() {
     let folder = run("moved-ball.toml");
     let v = diagnosed(folder.path(), &["run/trical"]);

@@ -12,6 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
+use crate::oracles::data;
+
 const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/table8.toml");
 
 /// Number of kills that must hit the program while it is alive.
@@ -185,9 +187,20 @@ fn what_is_there_is_never_overwritten_and_each_refusal_is_one_line() {
     for more in [&[][..], &["--resume"]] {
         let (code, told) = run(more);
         assert_eq!(code, Some(0));
-        assert!(told.starts_with("nothing to do: the campaign is finished, its 8") && told.contains("are in data"), "{told}");
+        assert!(told.starts_with("nothing to do: the campaign is finished, after 8") && told.contains("is in data"), "{told}");
     }
     refused(&["--seed", "7"], "data/campaign.journal:1: seed: was 1, and is 7 now");
+    // Nor does a table of another robot take its place.
+    let table = data("ur5-jacobi").join("3D_UR5_uncalibrated_random_cleaned.csv");
+    let import = ["import", "ur5-jacobi", table.to_str().expect("a path"), "-o", "data"];
+    let (code, told) = said(
+        &Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(import).output().expect("the program starts"),
+    );
+    assert!(
+        code == Some(2) && told.contains("data: holds a measured campaign, which would be lost; name another folder"),
+        "{told}"
+    );
+    assert!(files(&folder.join("data")) == before);
     fs::rename(folder.join("data/campaign.journal"), folder.join("data.journal")).expect("renamed");
     refused(&["--resume"], "data: holds a dataset already; name another folder, or remove this one");
     fs::remove_dir_all(folder.join("data")).expect("removed");

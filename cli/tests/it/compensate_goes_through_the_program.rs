@@ -119,6 +119,23 @@ fn targets_become_a_csv_and_a_krl_module() {
     );
 }
 
+#[test]
+fn beyond_the_measured_ranges_no_error_is_promised() {
+    let folder = bench("id,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\ninside,0,-90,90,0,45,0\nbeyond,0,-90,90,0,45,345\n");
+    let output = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("of the 1 in the measured ranges") && said.contains("no error can be told"), "{said}");
+    let table = text(&folder, "f.csv");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let place = rows.headers().unwrap().iter().position(|h| h == "sigma_3d_mm").unwrap();
+    let sigma: Vec<String> = rows.records().map(|row| row.unwrap()[place].to_owned()).collect();
+    assert!(sigma[0].parse::<f64>().is_ok() && sigma[1].is_empty(), "{sigma:?}");
+    let output = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL, "--json"]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(document["targets"][1]["sigma_3d_mm"].is_null() && document["targets"][0]["sigma_3d_mm"].is_f64(), "{document}");
+}
+
 /// The set-up's TCP, (60, 0, -125) mm in the last MDH frame, is (-60, 0, 125) mm on KUKA's flange; its world is the base's
 /// inverse.
 #[test]

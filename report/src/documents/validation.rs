@@ -5,7 +5,7 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{OutsideRange, format_tag};
+use super::{OutsideRange, Workspace, format_tag};
 
 format_tag!(ValidationFormat, "calibench-validation/1");
 
@@ -101,6 +101,8 @@ pub struct Validated {
     pub errors: Validation,
     /// Rows outside the joint ranges of the calibration; null if there are none.
     pub outside_range: Option<OutsideRange>,
+    /// The error expected at these rows; null where the rows that were fitted are not among the data.
+    pub workspace: Option<Workspace>,
 }
 
 impl Validation {
