@@ -15,6 +15,10 @@ use crate::math::linalg;
 /// Number of folds, if there are enough samples.
 const FOLDS: usize = 10;
 
+/// Share of the information on a combination of parameters, left when a fold is left out, below which it is tied to its
+/// value.
+const TIED: f64 = 1e-3;
+
 /// Fold of each sample: `FOLDS` runs per session, in the order of the file. Where ball positions are unknown, each ball
 /// is split separately as well, since nothing predicts a ball without any fitted sample. A posture is never split: its
 /// repeats would predict each other.
@@ -87,12 +91,12 @@ fn missed(
         all[(k, size)] -= information * fit.values[*p];
     }
     (m..size).for_each(|k| all[(k, k)] += unit / (BACKGROUND_WIDTH * BACKGROUND_WIDTH));
-    // Scaled, so that millimetres and microradians have equal weight. A parameter that only the left-out fold
-    // determines stays at its value.
+    // Scaled, so that millimetres and microradians have equal weight. What hardly anything but the left-out fold
+    // determines stays at its value: its error would say nothing of the model.
     let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
     let step_without = |own: &DMatrix<f64>| {
         let train = &all - own;
-        let mut normal = DMatrix::from_fn(size, size, |r, c| train[(r, c)] * scale[r] * scale[c]);
+        let mut normal = DMatrix::from_fn(size, size, |r, c| (train[(r, c)] + TIED * all[(r, c)]) * scale[r] * scale[c]);
         (0..size).for_each(|k| normal[(k, k)] += 1e-9);
         let mut factor = linalg::Cholesky::new(size);
         factor.factor(&normal).ok()?;
