@@ -53,14 +53,25 @@ pub fn check_text(check: &RobotCheck) -> String {
         None => {
             let ratio = check.looks.last().map_or(0.0, |l| l.ratio);
             out.push_str(&format!(
-                "The calibration holds: {used} samples agree with those of the calibration (evidence of a change {ratio:.2}, reported from {:.0}).\n",
+                "The calibration holds: {} with those of the calibration (evidence of a change {ratio:.2}, reported from {:.0}).\n",
+                if used == 1 { "1 sample agrees".into() } else { format!("{used} samples agree") },
                 1.0 / FALSE_ALARM
             ));
+            if let Some(first) = check.conditions.first().filter(|j| j.condition != Condition::Valid) {
+                out.push_str(&format!(
+                    "But a change is the more probable ({} {}): measure more poses before you rely on it.\n",
+                    percent(first.probability),
+                    condition_words(&first.condition)
+                ));
+            }
         }
         Some(first) => {
             let words = condition_words(&first.condition);
-            let seen =
-                if used < check.given { format!("after {used} of {} samples", check.given) } else { format!("{used} samples") };
+            let seen = if used < check.given {
+                format!("after {used} of {} samples", check.given)
+            } else {
+                format!("samples: {used}")
+            };
             out.push_str(&format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
             out.push_str(&format!("Do: {}.\n", what_to_do(&first.condition)));
             if !check.aliased.is_empty() {

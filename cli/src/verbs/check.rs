@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use calibench::assess::{CheckError, CheckReference, RobotCheck, choose_sentinels, power_of_check};
 use calibench::files::{check_output_folder, with_reasons, write_whole};
-use calibench::identify::Calibration;
+use calibench::identify::{Calibration, Use};
+use calibench::math::rms;
 use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
-use calibench::units::DEG;
+use calibench::units::{DEG, MM};
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
@@ -19,7 +20,7 @@ use super::data::{read_calibration_to_use, read_datasets};
 use super::failure::{Failure, LocatedError, Outcome};
 use super::measure::{Simulated, simulate};
 use super::measure_cell;
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, note, print, print_json};
 use super::plan_cell::is_cell;
 use super::progress::Waiting;
 use super::streams::{input, output};
@@ -86,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let calibration = read_calibration_to_use(&arguments.calibration)?;
     let (name, campaign) = read(&arguments.then)?;
     let then = (name.as_str(), &campaign);
+    belongs(arguments, &calibration, then)?;
     if let Some(folder) = &arguments.dataset {
         return judge(arguments, &calibration, then, folder);
     }
@@ -97,6 +99,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &calibration, then, folder),
         outcome => Ok(outcome),
     }
+}
+
+/// A campaign that the calibration explains this many times worse than its own is of another robot.
+const FOREIGN: f64 = 3.0;
+
+/// Refuses a campaign that is not of the calibration, whose robot would be called unchanged whatever the calibration says.
+fn belongs(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<(), Failure> {
+    if calibration.dataset_hashes.contains(&then.1.hash) {
+        return Ok(());
+    }
+    let predicted = calibration.predict(&[then], Use::All).map_err(|e| located(&arguments.then, &e.into()))?;
+    let rms = rms(&predicted.residuals);
+    if rms <= FOREIGN * calibration.rms {
+        note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
+        return Ok(());
+    }
+    let problem = format!(
+        "is not the campaign that was calibrated, whose residual is {:.3} mm: this calibration leaves {:.3} mm of it; name that campaign",
+        calibration.rms / MM,
+        rms / MM
+    );
+    Err(Box::new(LocatedError { path: arguments.then.clone(), field: "--then", problem }))
 }
 
 fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
@@ -189,6 +213,10 @@ fn judge(
     folder: &PathBuf,
 ) -> Result<Outcome, Failure> {
     let (_, now) = read(folder)?;
+    if now.hash == then.1.hash {
+        let problem = "is the campaign itself; name the dataset of what was measured again".to_owned();
+        return Err(Box::new(LocatedError { path: folder.clone(), field: "DATASET", problem }));
+    }
     // Both are of the calibration's set-up, whatever their folders are called.
     let check = RobotCheck::of(calibration, then, (then.0, &now)).map_err(|e| located(folder, &e))?;
     let mut charts = None;

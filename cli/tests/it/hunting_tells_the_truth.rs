@@ -92,7 +92,7 @@ const UR10: [(&str, &[Shown]); 5] = [
             ("validate curved.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1445"]),
         ],
     ),
-    ("ur10: compare", &[("compare curved.toml B --validation", &["* Sample", "* With those"])]),
+    ("ur10: compare", &[("compare curved.toml B --validation", &["* Sample", "* Each of these"])]),
 ];
 
 fn page() -> PathBuf {

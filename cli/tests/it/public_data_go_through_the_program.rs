@@ -120,6 +120,19 @@ fn ur10_with_a_share_held_out() {
     assert!((0.438..0.461).contains(&number(&v, "rms_mm")), "geometry alone is worse: {v}");
 }
 
+/// Of these rows one block alone determines a combination of parameters.
+#[test]
+fn ur10_cubes_are_predicted_as_well_as_they_are_fitted() {
+    let (cubes, dataset) = (data("ur10-ipa").join("Series_D/measurements_iso_cubes.csv"), scratch("ur10").join("cubes"));
+    done(&[&"import", &"ur10-ipa", &cubes, &"-o", &dataset, &"--holdout", &"0.3", &"--seed", &"1"]);
+    let (_, step, _) = calibench(&[&"add", &"harmonic1:2", &dataset, &"--json"]);
+    let step: Value = serde_json::from_str(&step).unwrap();
+    for model in ["before", "after"] {
+        let [fit, predicted] = ["fit_rms_mm", "cv_rms_mm"].map(|key| number(&step[model], key));
+        assert!(fit < predicted && predicted < 1.2 * fit, "{model}: {fit}, {predicted}");
+    }
+}
+
 #[test]
 fn ur10_robot_of_one_campaign_judged_in_the_other() {
     let root = data("ur10-ipa");

@@ -54,9 +54,11 @@ pub struct Charts {
 }
 
 impl Chart {
-    /// Index of the first check at which its average leaves the limits.
+    /// Index of the check at which its average left the limits, if it is still beyond them.
     pub fn signal(&self, limit: f64) -> Option<usize> {
-        self.points.iter().position(|p| p.average.abs() > limit)
+        let inside = self.points.iter().rposition(|p| p.average.abs() <= limit);
+        let since = inside.map_or(0, |last| last + 1);
+        (since < self.points.len()).then_some(since)
     }
 }
 
@@ -73,6 +75,8 @@ impl Charts {
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {
             let scene = reference.scene((then.0, &before), *now)?;
+            // A changed robot tells nothing of how it was, and its change is no drift.
+            let changed = reference.check(*now)?.changed;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
                 if k == 0 {
                     courses.push(Chart { of, points: Vec::new() });
@@ -82,13 +86,14 @@ impl Charts {
                 let (mut estimate, mut sigma) = (0.0, f64::INFINITY);
                 if size > 0.0 {
                     let score = column.dot(&scene.differences) / size;
-                    averages[c] += NEWEST * (score - averages[c]);
+                    if !changed {
+                        averages[c] += NEWEST * (score - averages[c]);
+                    }
                     (estimate, sigma) = (score / size, 1.0 / size);
                 }
                 courses[c].points.push(ChartPoint { estimate, sigma, average: averages[c] / spread() });
             }
-            // A changed robot tells nothing of how it was.
-            if !reference.check(*now)?.changed {
+            if !changed {
                 let renamed = |s: &Sample| Sample { id: format!("check {}, {}", k + 1, s.id), ..s.clone() };
                 append(&mut before, now.1, renamed);
             }

@@ -19,6 +19,10 @@ const NESTED: f64 = 0.02;
 /// A change is named when it has this share of the probability of all changes.
 const NAMED: f64 = 0.95;
 
+/// One pose or two tell that something has changed; what it is, a third must confirm: a gear that became softer looks like a slipped
+/// joint until the load is another.
+const CONFIRMED: usize = 3;
+
 /// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
 const WORSE: f64 = 9.0;
 
@@ -82,22 +86,22 @@ impl Evidence {
         let mut changed = false;
         for samples in 1..=self.samples() {
             changed |= self.ln_ratio(differences, samples) >= -FALSE_ALARM.ln();
-            if changed && self.is_named(differences, samples) {
+            if changed && self.is_settled(differences, samples) {
                 return (samples, true);
             }
         }
         (self.samples(), changed)
     }
 
-    /// True if one change, with those that the samples cannot distinguish from it, is nearly sure to be the one that occurred.
-    pub fn is_named(&self, differences: &DVector<f64>, samples: usize) -> bool {
+    /// True if one change is nearly sure to be the one that occurred, and no other that the samples cannot distinguish from it:
+    /// then further samples are not needed.
+    pub fn is_settled(&self, differences: &DVector<f64>, samples: usize) -> bool {
         let judged = self.probabilities(differences, samples, CHANGED_BEFOREHAND);
         let changes = || judged.iter().filter(|j| j.condition != Condition::Valid);
         let Some(first) = changes().next() else { return false };
-        let aliased = self.aliased_with(&first.condition, differences, samples);
-        let named: f64 =
-            changes().filter(|j| j.condition == first.condition || aliased.contains(&j.condition)).map(|j| j.probability).sum();
-        named >= NAMED * changes().map(|j| j.probability).sum::<f64>()
+        samples >= CONFIRMED
+            && first.probability >= NAMED * changes().map(|j| j.probability).sum::<f64>()
+            && self.aliased_with(&first.condition, differences, samples).is_empty()
     }
 
     fn so_far<'a>(&self, differences: &'a DVector<f64>, samples: usize) -> DVectorView<'a, f64> {

@@ -33,7 +33,8 @@ use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
 use self::seen::ends;
 use crate::identify::{Calibration, IdentifyError, Use};
-use crate::measure::{Dataset, Sample};
+use crate::measure::{Ball, Dataset, Sample};
+use crate::robot::FramePose;
 use crate::units::DEG;
 
 /// Probability that a check ever reports a change where there is none.
@@ -63,8 +64,9 @@ pub enum CheckError {
         /// Id of the sample.
         sample: String,
     },
-    /// The calibration does not hold the set-up of the samples, or several of them.
-    #[error("the base and tool of these samples are not those of the calibration")]
+    /// The calibration does not hold the set-up of the samples, or several of them; or the samples are described with another one
+    /// than those of the campaign.
+    #[error("the base, tool and balls of these samples are not those of the calibration")]
     OtherSetUp,
     /// The noise is needed to tell a change from chance.
     #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
@@ -146,7 +148,7 @@ impl RobotCheck {
         let conditions = evidence.probabilities(&scene.differences, used, CHANGED_BEFOREHAND);
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
-        let settled = changed && evidence.is_named(&scene.differences, used);
+        let settled = changed && evidence.is_settled(&scene.differences, used);
         RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, noise }
     }
 }
@@ -172,6 +174,9 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When a row has no counterpart, or does not belong to the calibration.
     pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+        if !is_set_up_alike(self.then.1, now.1) {
+            return Err(CheckError::OtherSetUp);
+        }
         Ok(RobotCheck::on(&self.scene(self.then, now)?, self.noise.of.clone()))
     }
 
@@ -179,6 +184,19 @@ impl<'a> CheckReference<'a> {
     fn scene(&self, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<Scene, CheckError> {
         Scene::new(self.calibration, &self.noise, then, now)
     }
+}
+
+/// Lengths, m, and angles, rad, that differ by less are equal: files are rounded.
+const EQUAL: f64 = 1e-9;
+
+/// True if two datasets state the same base, tool and places of the balls that both have.
+fn is_set_up_alike(then: &Dataset, now: &Dataset) -> bool {
+    let equal = |a: &FramePose, b: &FramePose| a.to_array().iter().zip(b.to_array()).all(|(a, b)| (a - b).abs() <= EQUAL);
+    let ball_stays = |ball: &Ball| {
+        let other = now.balls.iter().find(|other| other.id == ball.id);
+        other.is_none_or(|other| (other.position - ball.position).norm() <= EQUAL)
+    };
+    equal(&then.base, &now.base) && equal(&then.tool, &now.tool) && then.balls.iter().all(ball_stays)
 }
 
 /// A sample and its counterpart.

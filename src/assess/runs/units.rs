@@ -2,7 +2,7 @@
 
 use super::super::examination::Examination;
 use crate::effects::{EffectId, Offered, Origin, Owner, Role};
-use crate::identify::{Model, RunChange};
+use crate::identify::{Model, Prior, RunChange};
 
 /// The largest number of parameters of an effect that is tested as a whole.
 const SMALL: usize = 4;
@@ -52,7 +52,7 @@ impl Units {
     /// Everything in an examined fit that may differ; `run_of_setup` is the run of each set-up.
     pub fn of(examination: &Examination, run_of_setup: &[usize]) -> Units {
         let mut units = Units { all: Vec::new(), columns: Vec::new() };
-        units.add_fitted(examination);
+        units.add_fitted(examination, run_of_setup);
         let Examination { library, spans, columns, wide, fitted, model, .. } = examination;
         for (candidate, span) in library.candidates.iter().zip(spans) {
             let parameter = |k: usize| &wide.parameters()[columns[k].parameter];
@@ -78,11 +78,28 @@ impl Units {
         units
     }
 
-    fn add_fitted(&mut self, examination: &Examination) {
+    fn add_fitted(&mut self, examination: &Examination, run_of_setup: &[usize]) {
         let Examination { problem, fit, model, .. } = examination;
         for (column, &p) in fit.kept.iter().enumerate() {
             let parameter = &problem.parameters()[p];
-            if parameter.owner != Owner::Robot || parameter.effect.starts_with(CHANGE) {
+            if parameter.effect.starts_with(CHANGE) {
+                continue;
+            }
+            if parameter.owner != Owner::Robot {
+                // A tool or a ball whose place is certified gives way no further than its certificate: it may have moved.
+                if let (Some(setup), true) = (parameter.setup, parameter.knowledge != Prior::Uninformative) {
+                    let own = self.column(column);
+                    let kind = UnitKind::SetUp(run_of_setup[setup]);
+                    match self.all.iter_mut().find(|u| u.effect == parameter.effect && u.kind == kind) {
+                        Some(unit) => unit.columns.push(own),
+                        None => self.all.push(Unit {
+                            effect: parameter.effect.clone(),
+                            parameters: Vec::new(),
+                            columns: vec![own],
+                            kind,
+                        }),
+                    }
+                }
                 continue;
             }
             let effect = &parameter.effect;
