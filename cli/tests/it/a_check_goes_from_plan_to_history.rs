@@ -121,4 +121,11 @@ fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
         "was not measured when the robot was calibrated",
     );
     assert!(!at.join("now").exists() && !at.join("now.journal").exists());
+    // Nor is the campaign compared with itself, or with samples that are described with another tool.
+    refused(at, &format!("{CHECK} then"), "is the campaign itself");
+    fs::create_dir(at.join("retooled")).unwrap();
+    fs::copy(at.join("then/samples.csv"), at.join("retooled/samples.csv")).unwrap();
+    let described = fs::read_to_string(at.join("then/dataset.toml")).unwrap();
+    fs::write(at.join("retooled/dataset.toml"), described.replacen("x_mm = 60.0", "x_mm = 61.0", 1)).unwrap();
+    refused(at, &format!("{CHECK} retooled"), "are not those of the calibration");
 }
