@@ -10,6 +10,7 @@ use super::heat_map::{Curve, HeatMap};
 use super::hypotheses::{Hypothesis, Place};
 use super::library::Untestable;
 use super::noise::Suspect;
+use super::noise_floor::NoiseSource;
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
 use crate::effects::{self, EffectId};
@@ -148,7 +149,8 @@ impl Diagnosis {
 
     /// True if the residuals are smaller than the stated noise allows: it is stated too large, and hides what is smaller.
     pub fn noise_is_overstated(&self) -> bool {
-        self.lack_of_fit_p.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
+        // Noise that repeats tell is not stated.
+        self.scatter.noise.source == NoiseSource::Stated && self.lack_of_fit_p.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
     }
 
     /// Index of the finding that a single sample disagrees with all others, if there is one.
