@@ -68,13 +68,17 @@ class Dataset(Table, os.PathLike[str]):
         return cls(folder)
 
     @classmethod
-    def import_(cls, format: str, files: Sequence[StrPath], *, map: StrPath | None = None, robot: str | None = None, force: bool = False) -> "Dataset":
-        """Other people's tables, as ``calibench import`` reads them: ``generic`` with a column map, ``ur5-jacobi``, ``ur10-ipa``, ``mukca``."""
+    def import_(cls, format: str, files: Sequence[StrPath], *, map: StrPath | None = None, robot: str | None = None, set_up_of: StrPath | None = None, force: bool = False) -> "Dataset":
+        """Other people's tables, as ``calibench import`` reads them: ``generic`` with a column map, ``ur5-jacobi``, ``ur10-ipa``, ``mukca``.
+
+        With ``set_up_of`` base, tool and targets are those of that dataset, so that :func:`check` can compare the two.
+        """
         keep = tempfile.TemporaryDirectory(prefix="calibench-")
         folder = Path(keep.name) / "data"
         arguments: list[StrPath] = ["import", format, *files, "-o", folder]
         arguments += ["--map", map] if map is not None else []
         arguments += ["--robot", robot] if robot is not None else []
+        arguments += ["--set-up-of", set_up_of] if set_up_of is not None else []
         arguments += ["--force"] if force else []
         finished = _program.run(arguments)
         dataset = cls(folder, keep)
@@ -100,6 +104,7 @@ class Dataset(Table, os.PathLike[str]):
         columns: Mapping[str, str] | None = None,
         commanded: Sequence[str] | None = None,
         torques: Sequence[str] | None = None,
+        set_up_of: StrPath | None = None,
         force: bool = False,
     ) -> "Dataset":
         """Measured points of the TCP, or whole poses, one row per posture.
@@ -120,6 +125,7 @@ class Dataset(Table, os.PathLike[str]):
             columns: further columns by what they are: ``session``, ``set``, ``posture``, ``repeat``, ``target``, ``payload``, ``id``, ``sigma_um``, ``sigma_deg``, ``time_s``, ``temperature_c``.
             commanded: columns of the commanded joint angles, if ``joints`` are read back.
             torques: columns of the measured joint torques, N m; of prismatic joints, forces in columns that end in ``_n``.
+            set_up_of: a dataset measured on the same set-up, from which base, tool and targets are taken instead of being found from the data; for ``check``.
             force: go on if the data do not fit the robot.
 
         Raises:
@@ -159,7 +165,7 @@ class Dataset(Table, os.PathLike[str]):
             inner = Path(name)
             _write_csv(inner / "frame.csv", table)
             (inner / "map.toml").write_text(_map({q: unit for q, (_, unit, _) in sources.items()}, _robot(robot), tool, base, (noise_um, noise_deg), rotation), encoding="utf-8")
-            return cls.import_("generic", [inner / "frame.csv"], map=inner / "map.toml", force=force)
+            return cls.import_("generic", [inner / "frame.csv"], map=inner / "map.toml", set_up_of=set_up_of, force=force)
 
     @property
     def folder(self) -> Path:

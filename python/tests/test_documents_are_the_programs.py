@@ -5,6 +5,7 @@ import subprocess
 from pathlib import Path
 
 import calibench as cb
+import numpy as np
 import pandas as pd
 import pytest
 from conftest import JOINTS, POINTS, ROOT
@@ -46,13 +47,19 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
 
 
 def test_a_calibration_is_checked(measured: pd.DataFrame, tmp_path: Path) -> None:
-    stated = cb.Dataset.from_frame(measured.iloc[::8], robot="ur5", joints=JOINTS, points=POINTS, angles="deg", lengths="mm", noise_um=50)
+    described = {"robot": "ur5", "joints": JOINTS, "points": POINTS, "angles": "deg", "lengths": "mm", "noise_um": 50}
+    stated = cb.Dataset.from_frame(measured.iloc[::8], **described)
+    later = measured.iloc[::80].copy()
+    later[POINTS] += np.random.default_rng(11).normal(scale=0.05, size=(len(later), 3))
+    again = cb.Dataset.from_frame(later, **described, set_up_of=stated)
     calibration = cb.identify(stated, ["base_frame", "mdh"])
     written = tmp_path / "c.toml"
     calibration.write(written)
-    checked = cb.check(calibration, stated, then=stated)
+    checked = cb.check(calibration, again, then=stated)
     assert checked.ok and checked["verdict"] == "valid"
-    assert checked.json() == printed("check", written, stated.folder, "--then", stated.folder, "--json")
+    assert checked.json() == printed("check", written, again.folder, "--then", stated.folder, "--json")
+    with pytest.raises(cb.InputError, match="is the campaign itself"):
+        cb.check(calibration, stated, then=stated)
     planned = cb.check(calibration, then=stated, sentinels=3)
     assert len(planned["sentinels"]) == 3
     assert planned.json() == printed("check", written, "--then", stated.folder, "--sentinels=3", "--json")

@@ -54,6 +54,16 @@ pub enum ImportError {
         /// Folder of the other.
         other: PathBuf,
     },
+    /// The set-up is that of another robot.
+    #[error("{}: is of the robot {other}, the rows are of {robot}; name a dataset of the same robot", path.display())]
+    SetUpOfAnother {
+        /// Folder of the dataset whose set-up was wanted.
+        path: PathBuf,
+        /// Its robot.
+        other: String,
+        /// The robot of the rows.
+        robot: String,
+    },
     /// A file has no usable rows.
     #[error("{}: none of its {rows} rows can be used; the first: {reason}", path.display())]
     NothingKept {

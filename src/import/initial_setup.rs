@@ -1,8 +1,11 @@
 //! Initial location of the robot: a base and a tool in closed form, good enough as a start of the identification.
 
+use std::path::Path;
+
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::measure::{Dataset, Measured, Sample, SampleSet};
+use super::ImportError;
+use crate::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
 use crate::robot::{FramePose, Pose, rigid_fit, world_from_tool};
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.
@@ -67,6 +70,36 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     dataset.base = FramePose::from_pose(&base);
     dataset.tool.xyz = tool.into();
     place_targets(dataset, &known);
+}
+
+/// Gives a dataset the base, tool and targets of another that was measured on the same set-up.
+///
+/// What was found from the rows of each would differ by what these rows happen to show.
+pub(super) fn take_set_up(dataset: &mut Dataset, folder: &Path) -> Result<(), ImportError> {
+    let of = read_dataset(folder)?;
+    if of.robot.links != dataset.robot.links {
+        return Err(ImportError::SetUpOfAnother {
+            path: folder.to_owned(),
+            other: of.robot.name.clone(),
+            robot: dataset.robot.name.clone(),
+        });
+    }
+    dataset.base = of.base;
+    dataset.tool = of.tool;
+    dataset.tool_free = of.tool_free;
+    dataset.tool_sigma = of.tool_sigma;
+    dataset.probe_sigma = of.probe_sigma;
+    for tool_target in &mut dataset.tool_targets {
+        if let Some(known) = of.tool_targets.iter().find(|t| t.id == tool_target.id) {
+            tool_target.clone_from(known);
+        }
+    }
+    for ball in &mut dataset.balls {
+        if let Some(known) = of.balls.iter().find(|b| b.id == ball.id) {
+            ball.clone_from(known);
+        }
+    }
+    Ok(())
 }
 
 /// World position of the measured point of a sample, if it is known.

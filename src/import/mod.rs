@@ -27,6 +27,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use self::balance::balance;
+use self::initial_setup::take_set_up;
 use crate::measure::{Dataset, SampleSet};
 
 pub use error::ImportError;
@@ -37,7 +38,7 @@ pub use report::{ImportReport, Skipped};
 /// Imports files of a [format](FORMATS) into one dataset, and reports the outcome of every row.
 ///
 /// Rows without a measurement and rows that repeat another to the last digit are skipped and reported; any other problem is an
-/// error. The initial base and tool are fitted in closed form if the format does not give them.
+/// error. The initial base and tool are fitted in closed form if neither the format nor a dataset of the same set-up gives them.
 ///
 /// # Errors
 /// See [`ImportError`].
@@ -65,6 +66,9 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
         "mukca" => mukca::import(files, options)?,
         _ => generic::import(files, options)?,
     };
+    if let Some(folder) = &options.set_up_of {
+        take_set_up(&mut dataset, folder)?;
+    }
     if let Some(holdout) = options.holdout {
         hold_out(&mut dataset, holdout);
     }

@@ -258,7 +258,11 @@ fn located(folder: &Path, error: &CheckError) -> Failure {
             ("samples.csv", "id", "; leave it out, or name the campaign in which it was measured with --then")
         }
         CheckError::NoNoise => ("dataset.toml", "noise", "; state it in [noise], or as sigma_um of the rows"),
-        CheckError::OtherSetUp => ("dataset.toml", "base", "; check with the tool and base of the calibration"),
+        CheckError::OtherSetUp => (
+            "dataset.toml",
+            "base",
+            "; give those of the campaign: what is imported takes them by `import --set-up-of CAMPAIGN`",
+        ),
         CheckError::Nothing => ("samples.csv", "rows", "; measure some poses of the campaign again"),
         _ => ("samples.csv", "rows", ""),
     };

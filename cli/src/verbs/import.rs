@@ -38,6 +38,9 @@ pub struct Arguments {
     /// For guess: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
+    /// A dataset measured on the same set-up: base, tool and targets are taken from it, not found from these rows, so that `check` can compare the two
+    #[arg(long, value_name = "DATASET")]
+    set_up_of: Option<PathBuf>,
     /// Fraction of the rows to keep for validation, chosen at random
     #[arg(long, value_parser = fraction)]
     holdout: Option<f64>,
@@ -61,6 +64,9 @@ fn fraction(text: &str) -> Result<f64, String> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.format == "guess" {
+        if arguments.set_up_of.is_some() {
+            return Err("--set-up-of: guess proposes a map and makes no dataset; give it to the import with that map".into());
+        }
         return propose_map(arguments);
     }
     if is_standard_output(&arguments.output) {
@@ -70,7 +76,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     refuse_measured(&arguments.output)?;
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
-    let options = ImportOptions { holdout, map: arguments.map.clone(), robot: arguments.robot.clone(), sets };
+    let options = ImportOptions {
+        holdout,
+        map: arguments.map.clone(),
+        robot: arguments.robot.clone(),
+        set_up_of: arguments.set_up_of.clone(),
+        sets,
+    };
     let waiting = Waiting::new("reading");
     let (dataset, report) = import(&arguments.format, &files, &options)?;
     let datasets = [(String::new(), dataset)];

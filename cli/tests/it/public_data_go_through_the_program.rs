@@ -52,6 +52,42 @@ fn a_map_is_proposed_and_a_wrong_robot_is_named() {
     }
 }
 
+#[test]
+fn rows_measured_again_take_the_set_up_of_the_campaign() {
+    let folder = scratch("again");
+    let grid = std::fs::read_to_string(data("ur5-jacobi").join("3D_UR5_uncalibrated_grid_cleaned.csv")).unwrap();
+    let lines: Vec<&str> = grid.lines().collect();
+    // Some rows of the campaign again, 60 um off by turns, as by an instrument of 50 um.
+    let again = lines[1..].iter().step_by(90).enumerate().map(|(k, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let axis = 4 + k % 3;
+        cells[axis] = (cells[axis].parse::<f64>().unwrap() + if k % 2 == 0 { 0.06 } else { -0.06 }).to_string();
+        cells.join(",")
+    });
+    let later: Vec<String> = std::iter::once(lines[0].to_owned()).chain(again).collect();
+    let (table, map) = (folder.join("later.csv"), folder.join("map.toml"));
+    std::fs::write(folder.join("grid.csv"), &grid).unwrap();
+    std::fs::write(&table, later.join("\n")).unwrap();
+    done(&[&"import", &"guess", &folder.join("grid.csv"), &"--robot", &"ur5", &"-o", &map]);
+    let noise = "\n[dataset.noise]\npoint_um = 50\n";
+    std::fs::write(&map, std::fs::read_to_string(&map).unwrap() + noise).unwrap();
+    let (then, calibration) = (folder.join("then"), folder.join("c.toml"));
+    done(&[&"import", &"generic", &folder.join("grid.csv"), &"--map", &map, &"-o", &then]);
+    done(&[&"identify", &then, &"-o", &calibration]);
+    // A base and a tool found from these rows are not those of the campaign.
+    let (own, same) = (folder.join("own"), folder.join("same"));
+    done(&[&"import", &"generic", &table, &"--map", &map, &"-o", &own]);
+    let (code, _, err) = calibench(&[&"check", &calibration, &own, &"--then", &then]);
+    assert!(code == Some(2) && err.contains("import --set-up-of"), "{err}");
+    done(&[&"import", &"generic", &table, &"--map", &map, &"--set-up-of", &then, &"-o", &same]);
+    assert_eq!(json(&[&"check", &calibration, &same, &"--then", &then, &"--json"])["verdict"], "valid");
+    // The set-up of another robot is none.
+    let (ur10, other) = (data("ur10-ipa").join("Series_D").join("measurements_iso_cubes.csv"), folder.join("ur10"));
+    done(&[&"import", &"ur10-ipa", &ur10, &"-o", &other]);
+    let (code, _, err) = calibench(&[&"import", &"generic", &table, &"--map", &map, &"--set-up-of", &other, &"-o", &same]);
+    assert!(code == Some(2) && err.contains("is of the robot ur10, the rows are of ur5"), "{err}");
+}
+
 /// One JSON document and nothing else.
 fn json(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     let out = done(arguments);
