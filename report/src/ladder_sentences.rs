@@ -137,6 +137,12 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     )
 }
 
+/// Why an effect is not added, in a clause.
+pub fn not_added_sentence(effect: &str, objections: &[Objection]) -> String {
+    let why: Vec<String> = objections.iter().map(objection_sentence).collect();
+    format!("not added: {}: {}", each_called(effect), why.join("; "))
+}
+
 /// The reasons why a ladder ends, one line each.
 pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended) -> Vec<String> {
     match top {
@@ -151,10 +157,7 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::StepLimit => vec!["The ladder stops at its step limit; continue from its model.".into()],
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
-            all.extend(tried.iter().map(|(effect, objections)| {
-                let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-                format!("  not added: {}: {}", each_called(effect), why.join("; "))
-            }));
+            all.extend(tried.iter().map(|(effect, objections)| format!("  {}", not_added_sentence(effect, objections))));
             all.push(format!(
                 "`calibench next {}{}` names measurements that would add information.",
                 commands.datasets, commands.model

@@ -47,8 +47,8 @@ pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_pa
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
-    advice, choices_text, ladder_step_sentence, objection_sentence, planned_sentence, symptom_sentence, top_sentences,
-    unconverged_sentence,
+    advice, choices_text, ladder_step_sentence, not_added_sentence, objection_sentence, planned_sentence, symptom_sentence,
+    top_sentences, unconverged_sentence,
 };
 pub use meaning::what;
 pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};

@@ -45,6 +45,12 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
     let when = difference.pattern.words(runs);
     let test = format!("chance {} of each of {} differences tried", chance(difference.test.chance), difference.tried);
     if let Some(run) = difference.set_up_of {
+        if difference.effect == "payload_mass" {
+            return format!(
+                "The payload of {} is not as entered: {amounts} ({test}). That is no part of the robot: weigh it, and enter it.",
+                runs[run]
+            );
+        }
         let what = match difference.effect.as_str() {
             "tool_frame" => "The tool".to_owned(),
             "base_frame" => "The base".to_owned(),

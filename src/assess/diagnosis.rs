@@ -10,7 +10,6 @@ use super::heat_map::{Curve, HeatMap};
 use super::hypotheses::{Hypothesis, Place};
 use super::library::Untestable;
 use super::noise::Suspect;
-use super::noise_floor::NoiseSource;
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
 use crate::effects::{self, EffectId};
@@ -135,9 +134,6 @@ pub struct Diagnosis {
     pub fitted: Vec<String>,
 }
 
-/// Probability, if the stated noise were right, below which residuals are too small for it.
-const NOISE_DOUBTED: f64 = 1e-3;
-
 /// Odds against the background beyond which a single sample disagrees with all others.
 const OUTLIER_ODDS: f64 = 20.0;
 
@@ -149,8 +145,7 @@ impl Diagnosis {
 
     /// True if the residuals are smaller than the stated noise allows: it is stated too large, and hides what is smaller.
     pub fn noise_is_overstated(&self) -> bool {
-        // Noise that repeats tell is not stated.
-        self.scatter.noise.source == NoiseSource::Stated && self.lack_of_fit_p.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
+        self.scatter.noise.is_overstated(self.lack_of_fit_p)
     }
 
     /// Index of the finding that a single sample disagrees with all others, if there is one.

@@ -6,6 +6,7 @@
 
 use super::cross_validation::cross_validated_positions;
 use super::examination::Examination;
+use super::noise_floor::{chi2_chance, is_too_small};
 use super::recommend::{places, random_folds};
 use crate::identify::Fit;
 use crate::measure::Dataset;
@@ -25,10 +26,6 @@ pub(super) struct Level {
     /// Standard deviation of the logarithm of the level.
     pub spread: f64,
 }
-
-/// A chi-square this many standard deviations below its degrees of freedom shows that the noise is overstated (chance
-/// 2e-4). No noise is then removed.
-const OVERSTATED: f64 = 3.5;
 
 /// Share of the samples that may be bad.
 const FEW: f64 = 0.05;
@@ -75,8 +72,7 @@ fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
     lengths.iter().map(|l| l.min(most)).sum::<f64>() / lengths.len() as f64
 }
 
-/// True if a fit is too good for the stated noise.
+/// True if a fit is too good for the noise by which it is weighted. No noise is then removed.
 pub(super) fn is_noise_overstated(fit: &Fit) -> bool {
-    let dof = fit.dof as f64;
-    fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt()
+    is_too_small(chi2_chance(fit.chi2, fit.dof as f64))
 }

@@ -147,6 +147,12 @@ impl NoiseFloor {
         (level.relative > 1.0).then_some(level.relative)
     }
 
+    /// True if residuals of this chance to be larger are smaller than the stated noise allows: it is stated too large, and hides
+    /// what is smaller. Noise that repeats tell is not stated.
+    pub fn is_overstated(&self, chance: Option<f64>) -> bool {
+        self.source == NoiseSource::Stated && is_too_small(chance)
+    }
+
     /// Probability that noise alone causes a whitened sum of squares of at least `squares` with `dof` degrees of
     /// freedom: chi-square if the noise is stated, Fisher's F if it is known from replicates, `None` if it is unknown.
     pub fn chance_of(&self, squares: f64, dof: f64) -> Option<f64> {
@@ -160,6 +166,14 @@ impl NoiseFloor {
             Some(known) => fisher_chance(squares / dof, dof, known),
         }
     }
+}
+
+/// Probability, if the noise is as stated, of residuals so small that it is not.
+const NOISE_DOUBTED: f64 = 1e-3;
+
+/// True if residuals with this chance of larger ones are too small for the noise.
+pub fn is_too_small(chance: Option<f64>) -> bool {
+    chance.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
 }
 
 /// Probability of a larger chi-square.

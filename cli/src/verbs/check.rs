@@ -4,12 +4,11 @@ mod history;
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CheckError, CheckReference, RobotCheck, choose_sentinels, power_of_check};
+use calibench::assess::{CheckError, CheckReference, choose_sentinels, power_of_check};
 use calibench::files::{check_output_folder, with_reasons, write_whole};
-use calibench::identify::{Calibration, Use};
-use calibench::math::rms;
+use calibench::identify::Calibration;
 use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
-use calibench::units::{DEG, MM};
+use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
@@ -87,40 +86,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let calibration = read_calibration_to_use(&arguments.calibration)?;
     let (name, campaign) = read(&arguments.then)?;
     let then = (name.as_str(), &campaign);
-    belongs(arguments, &calibration, then)?;
+    let reference = CheckReference::new(&calibration, then).map_err(|e| located(&arguments.then, &e))?;
+    if !reference.is_as_calibrated() {
+        note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
+    }
     if let Some(folder) = &arguments.dataset {
-        return judge(arguments, &calibration, then, folder);
+        return judge(arguments, &reference, (&calibration, then), folder);
     }
     let Some(cell) = &arguments.real.cell else { return plan(arguments, &calibration, then) };
     let (Some(plan), Some(folder)) = (&arguments.plan, &arguments.output) else {
         return Err("say where to write the dataset: -o DATASET".into());
     };
-    match probe(arguments, (&calibration, then), (cell, plan), folder)? {
-        Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &calibration, then, folder),
+    match probe(arguments, &reference, then, (cell, plan), folder)? {
+        Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &reference, (&calibration, then), folder),
         outcome => Ok(outcome),
     }
-}
-
-/// A campaign that the calibration explains this many times worse than its own is of another robot.
-const FOREIGN: f64 = 3.0;
-
-/// Refuses a campaign that is not of the calibration, whose robot would be called unchanged whatever the calibration says.
-fn belongs(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<(), Failure> {
-    if calibration.dataset_hashes.contains(&then.1.hash) {
-        return Ok(());
-    }
-    let predicted = calibration.predict(&[then], Use::All).map_err(|e| located(&arguments.then, &e.into()))?;
-    let rms = rms(&predicted.residuals);
-    if rms <= FOREIGN * calibration.rms {
-        note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
-        return Ok(());
-    }
-    let problem = format!(
-        "is not the campaign that was calibrated, whose residual is {:.3} mm: this calibration leaves {:.3} mm of it; name that campaign",
-        calibration.rms / MM,
-        rms / MM
-    );
-    Err(Box::new(LocatedError { path: arguments.then.clone(), field: "--then", problem }))
 }
 
 fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
@@ -160,7 +140,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)
 /// Probes one pose after the other until a change is named, or all are probed.
 fn probe(
     arguments: &Arguments,
-    (calibration, then): (&Calibration, (&str, &Dataset)),
+    reference: &CheckReference<'_>,
+    then: (&str, &Dataset),
     (cell, plan): (&PathBuf, &PathBuf),
     folder: &Path,
 ) -> Result<Outcome, Failure> {
@@ -177,7 +158,6 @@ fn probe(
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
     let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.1));
-    let reference = CheckReference::new(calibration, then).map_err(|e| located(&arguments.then, &e))?;
     reference.check((then.0, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",
@@ -208,17 +188,13 @@ fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
 /// Judges measured poses, and adds them to the history.
 fn judge(
     arguments: &Arguments,
-    calibration: &Calibration,
-    then: (&str, &Dataset),
+    reference: &CheckReference<'_>,
+    (calibration, then): (&Calibration, (&str, &Dataset)),
     folder: &PathBuf,
 ) -> Result<Outcome, Failure> {
     let (_, now) = read(folder)?;
-    if now.hash == then.1.hash {
-        let problem = "is the campaign itself; name the dataset of what was measured again".to_owned();
-        return Err(Box::new(LocatedError { path: folder.clone(), field: "DATASET", problem }));
-    }
     // Both are of the calibration's set-up, whatever their folders are called.
-    let check = RobotCheck::of(calibration, then, (then.0, &now)).map_err(|e| located(folder, &e))?;
+    let check = reference.check((then.0, &now)).map_err(|e| located(folder, &e))?;
     let mut charts = None;
     if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
         let mut history = History::read(path, &arguments.calibration, &arguments.then)?;
@@ -226,12 +202,7 @@ fn judge(
         let drawn = history.charts(path, calibration, then, &now)?.map_err(|e| located(folder, &e))?;
         let days: Vec<String> = history.check.iter().map(|entry| entry.on.clone()).collect();
         if let Some(page) = &arguments.page {
-            let verdicts: Vec<(String, bool)> = history
-                .check
-                .iter()
-                .map(|entry| (entry.condition.clone().unwrap_or_default(), entry.verdict == "changed"))
-                .collect();
-            write_whole(page, charts_page(&calibration.robot.name, &days, &verdicts, &drawn).as_bytes())?;
+            write_whole(page, charts_page(&calibration.robot.name, &days, &history.verdicts(), &drawn).as_bytes())?;
         }
         history.write(path)?;
         charts = Some((days, drawn));
@@ -263,6 +234,8 @@ fn located(folder: &Path, error: &CheckError) -> Failure {
             "base",
             "; give those of the campaign: what is imported takes them by `import --set-up-of CAMPAIGN`",
         ),
+        CheckError::Foreign { .. } => ("samples.csv", "rows", "; name the campaign that was calibrated with --then"),
+        CheckError::Itself => ("samples.csv", "rows", "; name the dataset of what was measured again"),
         CheckError::Nothing => ("samples.csv", "rows", "; measure some poses of the campaign again"),
         _ => ("samples.csv", "rows", ""),
     };

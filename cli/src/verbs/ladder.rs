@@ -6,7 +6,7 @@ use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, 
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
     NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
-    fleet_sentence, in_question_sentence, ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence,
+    fleet_sentence, in_question_sentence, ladder_step_sentence, ladder_step_table, not_added_sentence, symptom_sentence,
     top_sentences,
 };
 
@@ -130,11 +130,7 @@ fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
         Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
         // In the end all refusals are told together.
         Climb::Refused(effect, objections) if is_detailed() => {
-            say(format!(
-                "  not added: {}: {}",
-                each_called(effect),
-                objections.first().map(objection_sentence).unwrap_or_default()
-            ));
+            say(format!("  {}", not_added_sentence(effect, &objections[..objections.len().min(1)])));
         }
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));

@@ -208,11 +208,8 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     let mut journal = match Journal::open(output, &under, arguments.resume)? {
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
-            let dataset = output.display();
             if !silent {
-                print_answer(&format!(
-                    "nothing to do: the campaign is finished, after {probings} probings; its dataset is in {dataset}"
-                ))?;
+                print_answer(&finished(probings, output))?;
             }
             return Ok(Outcome::Done);
         }
@@ -272,4 +269,9 @@ fn measure(
         tracked = session.points(&tracker, points, "t", SampleSet::Fit)?.samples;
     }
     Ok((record, tracked))
+}
+
+/// What is said of a campaign that needs nothing more.
+pub(super) fn finished(probings: usize, output: &Path) -> String {
+    format!("nothing to do: the campaign is finished, after {probings} probings; its dataset is in {}", output.display())
 }

@@ -18,6 +18,7 @@ use calibench::units::{DEG, MM};
 use super::cell::disagreement_verdict;
 use super::choosing::{Choice, Chosen};
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
+use super::measure::finished;
 use super::operator::{OperatedArguments, Operator};
 use super::output::{note, print_answer, tell, warn};
 use super::progress::CampaignBar;
@@ -143,10 +144,7 @@ fn open_journal(
         OpenedJournal::Ready(journal) => Ok(Some(*journal)),
         OpenedJournal::Finished { probings } => {
             if !silent {
-                let dataset = output.display();
-                print_answer(&format!(
-                    "nothing to do: the campaign is finished, after {probings} probings; its dataset is in {dataset}"
-                ))?;
+                print_answer(&finished(probings, output))?;
             }
             Ok(None)
         }

@@ -6,6 +6,7 @@ use calibench::assess::Look;
 use calibench::effects::{Follows, Needs, family, in_words};
 
 use super::see::Seen;
+use crate::effect_names::capital;
 use crate::plausible::Plausible;
 
 /// Share of an effect below which another is no imitation of it.
@@ -208,12 +209,6 @@ fn two(x: f64) -> String {
 fn signed(x: f64) -> String {
     let text = two(x.abs());
     format!("{}{text}", if x < 0.0 { "−" } else { "+" })
-}
-
-/// The same text with an initial capital.
-pub(super) fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().to_string() + letters.as_str())
 }
 
 pub(super) fn lower(text: &str) -> String {

@@ -6,7 +6,8 @@ use calibench::assess::Look;
 use calibench::effects::family;
 
 use super::Gallery;
-use super::entry::{Entry, capital, lower};
+use super::entry::{Entry, lower};
+use crate::effect_names::capital;
 
 /// The file that marks a folder as a gallery: the page on what to look at first.
 pub const GALLERY_MARK: &str = "first-look.md";

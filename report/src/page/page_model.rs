@@ -10,6 +10,7 @@ use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
 use crate::disagreement_sentence;
 use crate::documents;
+use crate::effect_names::capital;
 use crate::figures;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
@@ -225,12 +226,6 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
 /// Turns a clause into a sentence: initial capital and full stop.
 fn sentence(clause: &str) -> String {
     if clause.is_empty() { String::new() } else { format!("{}.", capital(clause)) }
-}
-
-/// The same text with an initial capital.
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().to_string() + letters.as_str())
 }
 
 /// The key figures.

@@ -21,7 +21,10 @@ use super::refusal::Refusal;
 use super::saving::Saved;
 use super::step::Wanted;
 use super::switches::Switches;
-use crate::{Page, advice, documents, each_called, ladder_step_sentence, objection_sentence, unbelievable_sentence};
+use crate::effect_names::capital;
+use crate::{
+    Page, advice, documents, each_called, ladder_step_sentence, not_added_sentence, objection_sentence, unbelievable_sentence,
+};
 
 /// Seed of the candidate postures for the next experiment: the default of `next`.
 const NEXT_SEED: u64 = 1;
@@ -347,9 +350,7 @@ impl Bench {
 fn narrated(climb: &Climb<'_>) -> String {
     match climb {
         Climb::Trying(effect) => format!("Trying {} …", each_called(effect)),
-        Climb::Refused(effect, objections) => {
-            format!("Not added: {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default())
-        }
+        Climb::Refused(effect, objections) => capital(&not_added_sentence(effect, &objections[..objections.len().min(1)])),
         Climb::Reached(step) => ladder_step_sentence(step),
         Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
     }

@@ -33,9 +33,10 @@ use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
 use self::seen::ends;
 use crate::identify::{Calibration, IdentifyError, Use};
+use crate::math::rms;
 use crate::measure::{Ball, Dataset, Sample};
 use crate::robot::FramePose;
-use crate::units::DEG;
+use crate::units::{DEG, MM};
 
 /// Probability that a check ever reports a change where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
@@ -45,6 +46,9 @@ const CHANGED_BEFOREHAND: f64 = 0.1;
 
 /// Logarithm of the largest ratio that is stated.
 const LARGEST: f64 = 600.0;
+
+/// A campaign of which the calibration leaves this many times its own residual is of another robot.
+const FOREIGN: f64 = 3.0;
 
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
 const SAME_POSE: f64 = 1.0 * DEG;
@@ -68,6 +72,20 @@ pub enum CheckError {
     /// than those of the campaign.
     #[error("the base, tool and balls of these samples are not those of the calibration")]
     OtherSetUp,
+    /// The campaign is not of the calibration, whose robot would be called unchanged whatever the calibration says.
+    #[error(
+        "is not the campaign that was calibrated, whose residual is {:.3} mm: this calibration leaves {:.3} mm of it",
+        calibrated / MM, left / MM
+    )]
+    Foreign {
+        /// Residual of the campaign that was calibrated, 3-D rms, m.
+        calibrated: f64,
+        /// What the calibration leaves of this one, 3-D rms, m.
+        left: f64,
+    },
+    /// What was measured again is the campaign.
+    #[error("is the campaign itself")]
+    Itself,
     /// The noise is needed to tell a change from chance.
     #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
     NoNoise,
@@ -166,14 +184,30 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
     pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
-        Ok(CheckReference { calibration, then, noise: noise_of(calibration, then)? })
+        let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
+        if !reference.is_as_calibrated() {
+            let left = rms(&calibration.predict(&[then], Use::All)?.residuals);
+            if left > FOREIGN * calibration.rms {
+                return Err(CheckError::Foreign { calibrated: calibration.rms, left });
+            }
+        }
+        Ok(reference)
+    }
+
+    /// True if this is the very campaign that was calibrated, to the last byte of its files.
+    pub fn is_as_calibrated(&self) -> bool {
+        self.calibration.dataset_hashes.contains(&self.then.1.hash)
     }
 
     /// Checks the rows of `now`, in order, against those of the campaign. Both are of the calibration's set-up.
     ///
     /// # Errors
-    /// When a row has no counterpart, or does not belong to the calibration.
+    /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself.
     pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+        // A dataset that was never written has no hash.
+        if !now.1.hash.is_empty() && now.1.hash == self.then.1.hash {
+            return Err(CheckError::Itself);
+        }
         if !is_set_up_alike(self.then.1, now.1) {
             return Err(CheckError::OtherSetUp);
         }

@@ -1,6 +1,5 @@
 //! Lack of fit: the residual beyond the noise.
 
-use super::significance::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
 use crate::assess::residual_views::Whitened;
 use crate::assess::unexplained::{mean_square_beyond, noise_left, unexplained};
@@ -28,8 +27,8 @@ pub struct LackOfFit {
     pub unexplained: Option<f64>,
     /// 95 % confidence interval of `unexplained`, m, over repetitions of the noise with the same unexplained part.
     pub interval: Option<[f64; 2]>,
-    /// True if the residual is smaller than the stated noise would leave, at a level of 1 %: the stated noise is then
-    /// too large to judge anything by.
+    /// True if the residual is smaller than the stated noise would leave: it is then too large to judge
+    /// anything by.
     pub noise_overstated: bool,
 }
 
@@ -74,8 +73,7 @@ impl LackOfFit {
             interval: Some([-reach, reach].map(|by| (beyond + by).max(0.0).sqrt())),
             // Parameters with a prior absorb noise too, however wide the prior, so the smaller number of degrees of
             // freedom counts.
-            noise_overstated: noise.source == NoiseSource::Stated
-                && noise.chance_of(squares, least_dof.min(dof)).is_some_and(|p| p > 1.0 - SIGNIFICANCE),
+            noise_overstated: noise.is_overstated(noise.chance_of(squares, least_dof.min(dof))),
         }
     }
 }

@@ -42,7 +42,7 @@ pub(super) struct Found {
 impl Look {
     pub fn at(named: &[(&str, &Dataset)], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
         let plain = Examination::with(named, model, Vec::new())?;
-        let library = Library::new(named, model).candidates.into_iter().map(|c| c.id);
+        let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id).collect();
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
             .into_iter()
             .filter(|id| {
@@ -51,7 +51,9 @@ impl Look {
             .collect();
         let count = curves.len();
         let mut candidates: Vec<String> = curves;
-        candidates.extend(looked_for(model, library));
+        // A payload that is not as entered moves what the model lets it bend.
+        candidates.extend(library.iter().filter(|id| *id == "payload_mass").cloned());
+        candidates.extend(looked_for(model, library.into_iter()));
         candidates.extend(set_up_candidates(named, model));
         let examination = plain.beside(named, candidates.into_iter().map(Candidate::new).collect())?;
         let run_of = |dataset: &str| named.iter().position(|(name, _)| *name == dataset).unwrap_or(0);

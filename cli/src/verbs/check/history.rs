@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 /// Format tag.
 const FORMAT: &str = "calibench-history/1";
 
+/// The verdicts of a check.
+const VALID: &str = "valid";
+const CHANGED: &str = "changed";
+
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -69,14 +73,30 @@ impl History {
             let problem = format!("is {}, and this check is of {}", was.display(), is.display());
             return Err(field_error(path, &text, field, problem, "begin another history for another calibration or campaign"));
         }
-        if let Some(pair) = history.check.windows(2).find(|pair| pair[0].on > pair[1].on) {
-            let problem = format!("has {} after {}", pair[1].on, pair[0].on);
-            return Err(field_error(path, &text, "check", problem, "put the checks in their order"));
+        match history.check.iter().enumerate().find_map(|(k, _)| history.wrong_entry(k)) {
+            Some((field, problem, remedy)) => Err(field_error(path, &text, &field, problem, remedy)),
+            None => Ok(history),
         }
-        if let Some(entry) = history.check.iter().find(|entry| day(&entry.on).is_err()) {
-            return Err(field_error(path, &text, "on", format!("is '{}'", entry.on), "write a date as 2026-11-24"));
+    }
+
+    /// What is wrong with a check, by its index: the key, the problem, the remedy.
+    fn wrong_entry(&self, k: usize) -> Option<(String, String, &'static str)> {
+        let entry = &self.check[k];
+        let wrong = |key: &str, problem: String, remedy| Some((format!("check[{k}].{key}"), problem, remedy));
+        if day(&entry.on).is_err() {
+            return wrong("on", format!("is '{}'", entry.on), "write a date as 2026-11-24");
         }
-        Ok(history)
+        if let Some(before) = self.check[..k].last().filter(|before| before.on > entry.on) {
+            return wrong("on", format!("is {}, after {}", entry.on, before.on), "put the checks in their order");
+        }
+        if let Some(same) = self.check[..k].iter().find(|other| other.dataset == entry.dataset) {
+            let problem = format!("is {}, which is the check of {} already", entry.dataset.display(), same.on);
+            return wrong("dataset", problem, "list every dataset once");
+        }
+        if ![VALID, CHANGED].contains(&entry.verdict.as_str()) {
+            return wrong("verdict", format!("is '{}'", entry.verdict), "write `valid` or `changed`");
+        }
+        None
     }
 
     /// Adds a check.
@@ -95,11 +115,16 @@ impl History {
         self.check.push(Entry {
             on: on.into(),
             dataset,
-            verdict: if check.changed { "changed" } else { "valid" }.into(),
+            verdict: if check.changed { CHANGED } else { VALID }.into(),
             condition: named.map(|j| j.condition.name()),
             probability: named.map(|j| (j.probability * 1e4).round() / 1e4),
         });
         Ok(())
+    }
+
+    /// The condition of each check, and whether something had changed.
+    pub fn verdicts(&self) -> Vec<(String, bool)> {
+        self.check.iter().map(|entry| (entry.condition.clone().unwrap_or_default(), entry.verdict == CHANGED)).collect()
     }
 
     /// Writes the file, whole or not at all.
