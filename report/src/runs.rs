@@ -47,8 +47,9 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
     if let Some(run) = difference.set_up_of {
         if difference.effect == "payload_mass" {
             return format!(
-                "The payload of {} is not as entered: {amounts} ({test}). That is no part of the robot: weigh it, and enter it.",
-                runs[run]
+                "The payload of {} is not as entered, but {} ({test}). That is no part of the robot: weigh it, and enter it.",
+                runs[run],
+                amounts.replace("payload_mass.m ", "")
             );
         }
         let what = match difference.effect.as_str() {
@@ -126,7 +127,14 @@ fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
 
 fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
     let unit = p.first.unit.si;
-    let largest = p.changes.iter().flatten().skip(1).max_by(|a, b| (a[0] / a[1]).abs().total_cmp(&(b[0] / b[1]).abs()));
+    // Before what moved has moved, its change is none, and certain.
+    let largest = p
+        .changes
+        .iter()
+        .flatten()
+        .skip(1)
+        .filter(|c| c[1] > 0.0)
+        .max_by(|a, b| (a[0] / a[1]).abs().total_cmp(&(b[0] / b[1]).abs()));
     let places = decimals(p.first.sigma / unit);
     let mut row = vec![
         p.first.name.clone(),

@@ -197,6 +197,27 @@ fn what_makes_no_fleet_is_refused_by_name() {
     assert!(Fleet::of(&[]).is_err());
 }
 
+/// A robot measured on two days would be believed twice, and robots of its type to be as alike as its two calibrations.
+#[test]
+fn one_robot_measured_twice_is_one_robot() {
+    for trial in 0..10 {
+        let mut rng = ChaCha8Rng::seed_from_u64(600 + trial);
+        let arm = kind(&mut rng);
+        // Much more alike than robots of a type are.
+        let alike = deviating(&arm, 0.1, &mut rng);
+        let calibrated =
+            |arm: &Robot, rng: &mut ChaCha8Rng| identify(&[("d", &measured(arm, 60, rng))], &model()).expect("a calibration");
+        let [monday, tuesday, other] = [&arm, &arm, &alike].map(|arm| calibrated(arm, &mut rng));
+        assert!(Fleet::of(&[("monday", &monday), ("other", &other)]).is_ok(), "trial {trial}");
+        let error = Fleet::of(&[("monday", &monday), ("other", &other), ("tuesday", &tuesday)]).expect_err("one robot");
+        let said = error.to_string();
+        assert!(
+            said.contains("tuesday is of the robot of monday") && matches!(error, FleetError::MeasuredTwice { .. }),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn a_fleet_survives_the_disk_and_says_nothing_of_a_single_robot() {
     let mut rng = ChaCha8Rng::seed_from_u64(34);

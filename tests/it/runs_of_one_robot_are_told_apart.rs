@@ -217,12 +217,16 @@ fn a_knocked_ball_or_a_changed_tool_is_not_the_robot() {
         assert_eq!(held.samples, again.samples);
         again
     };
-    let found = compared(&labelled(&runs), &geometry(), None).expect("runs");
-    let first = &found.differences[0];
-    assert_eq!((first.effect.as_str(), first.set_up_of), ("tool_frame", Some(1)), "{found:?}");
-    let x = &first.parameters[0];
-    assert!((x.value + 0.3 * MM).abs() < 5.0 * x.sigma && x.sigma < 0.1 * MM, "{x:?}");
-    assert!(found.differences.len() == 1 && found.verdict == RunsVerdict::Changed);
+    // Whether the tool is taken as exact, or certified, which gives way no further than its certificate.
+    for certified in [0.0, 20.0 * UM] {
+        runs.iter_mut().for_each(|run| run.tool_sigma = certified);
+        let found = compared(&labelled(&runs), &geometry(), None).expect("runs");
+        let first = &found.differences[0];
+        assert_eq!((first.effect.as_str(), first.set_up_of), ("tool_frame", Some(1)), "{found:?}");
+        let x = &first.parameters[0];
+        assert!((x.value + 0.3 * MM).abs() < 5.0 * x.sigma && x.sigma < 0.1 * MM, "{x:?}");
+        assert!(found.differences.len() == 1 && found.verdict == RunsVerdict::Changed);
+    }
 }
 
 #[test]
@@ -290,6 +294,9 @@ fn a_slipped_zero_is_named_with_its_run_and_its_size() {
     let by = &first.parameters[0];
     assert!((by.value - 1.0 * DEG).abs() < 4.0 * by.sigma && by.sigma < 0.01 * DEG, "{by:?}");
     assert_eq!(found.differences.len(), 1, "{:?}", found.differences);
+    // The table says the same of it.
+    let row = found.parameters.iter().find(|p| p.first.name == "theta3").expect("fitted");
+    assert_eq!(row.changes, [Some([0.0; 2]), Some([0.0; 2]), Some([by.value, by.sigma])]);
     // The calibration is that of the last run.
     let now = found.calibration(question).expect("a calibration");
     let [theta3, truth] = [now.estimate("theta3").expect("fitted").value, slipped.robot.links[2].mdh.theta];

@@ -48,8 +48,15 @@ pub fn read_fleet_of(path: &Path, datasets: &[(String, Dataset)]) -> Result<Flee
     let fleet = read_fleet(path)?;
     let robot = &datasets[0].1.robot;
     if !fleet.is_of(robot) {
-        let problem = format!("is of the type '{}', the data are of '{}'; give a fleet of that type", fleet.robot, robot.name);
-        return Err(Box::new(LocatedError { path: path.to_owned(), field: "robot", problem }));
+        let (field, problem) = if fleet.robot == robot.name {
+            (
+                "geometry_sha256",
+                format!("is of another nominal geometry than '{}' of the data; give a fleet of that one", robot.name),
+            )
+        } else {
+            ("robot", format!("is of the type '{}', the data are of '{}'; give a fleet of that type", fleet.robot, robot.name))
+        };
+        return Err(Box::new(LocatedError { path: path.to_owned(), field, problem }));
     }
     Ok(fleet)
 }

@@ -81,6 +81,21 @@ fn what_is_planned_is_probed_and_kept() {
         "the last check in history.toml is of 2026-12-07",
     );
     refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is no day");
+    // What was written by hand is held to what the program writes: line, key and remedy.
+    let dataset = history.lines().find(|line| line.starts_with("dataset")).unwrap().to_owned();
+    let twice = history.clone() + &format!("[[check]]\non = \"2026-12-08\"\n{dataset}\nverdict = \"valid\"\n");
+    for (wrong, said) in [
+        (
+            history.replacen("verdict = \"valid\"", "verdict = \"fine\"", 1),
+            "check[0].verdict: is 'fine'; write `valid` or `changed`",
+        ),
+        (history.replacen("on = \"2026-", "on = \"26-", 1), "check[0].on: is '26-"),
+        (twice, "list every dataset once"),
+    ] {
+        fs::write(at.join("history.toml"), &wrong).unwrap();
+        refused(at, &format!("{CHECK} now/1 --history history.toml --on 2026-12-31"), said);
+    }
+    fs::write(at.join("history.toml"), &history).unwrap();
     fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
     refused(at, "check other.toml --then then now/1 --history history.toml --on 2027-01-01", "begin another history");
     assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
@@ -97,13 +112,21 @@ fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
     // The gauge was taken off and put back, a tenth of a millimetre from where it was: its owner does not know.
     let slipped = fs::read_to_string(at.join("cell.toml")).unwrap() + "[truth.tool]\nsigma_um = 150\n";
     fs::write(at.join("slipped.toml"), slipped).unwrap();
-    let line = format!("{CHECK} --cell slipped.toml --plan sentinels.toml -o now");
+    let line = format!("{CHECK} --cell slipped.toml --plan sentinels.toml -o now --history history.toml --on 2026-11-30");
     let output = calibench(at, &line.split(' ').collect::<Vec<_>>());
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("the tool has moved on the flange"), "{said}");
     let samples = fs::read_to_string(at.join("now/samples.csv")).unwrap().lines().count() - 1;
     assert!(samples < 5, "{samples} poses were probed although fewer name it");
+    // It is mended. What was found before is no drift of what is healthy now.
+    for (visit, day) in [(2, "2026-12-01"), (3, "2026-12-02"), (4, "2026-12-03")] {
+        let healthy = format!(
+            "{CHECK} --cell cell.toml --plan sentinels.toml --visit {visit} -o later{visit} --history history.toml --on {day}"
+        );
+        let said = String::from_utf8(ran(at, &healthy).stdout).unwrap();
+        assert!(said.contains("The calibration holds") && said.contains("nothing drifts"), "{said}");
+    }
 }
 
 #[test]
@@ -128,4 +151,11 @@ fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
     let described = fs::read_to_string(at.join("then/dataset.toml")).unwrap();
     fs::write(at.join("retooled/dataset.toml"), described.replacen("x_mm = 60.0", "x_mm = 61.0", 1)).unwrap();
     refused(at, &format!("{CHECK} retooled"), "are not those of the calibration");
+    // Nor is the campaign of another arm taken for the one that was calibrated: both would be found unchanged.
+    let other = fs::read_to_string(at.join("cell.toml")).unwrap() + "[truth.effects.mdh]\ntheta3_deg = 0.3\n";
+    fs::write(at.join("other.toml"), other).unwrap();
+    ran(at, "measure other.toml --plan plan.toml -o other");
+    for dataset in ["then", "other"] {
+        refused(at, &format!("check calibration.toml --then other {dataset}"), "is not the campaign that was calibrated");
+    }
 }

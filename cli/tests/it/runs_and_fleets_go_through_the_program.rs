@@ -91,6 +91,38 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
 }
 
 #[test]
+fn a_heavier_payload_in_one_run_is_no_other_robot() {
+    let keep = tempfile::tempdir().unwrap();
+    let folder = keep.path();
+    let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    let cell = cell.canonicalize().unwrap();
+    let heavier = format!(
+        "format = \"calibench-scenario/1\"\nextends = \"{}\"\nname = \"heavier\"\n[truth.payload.heavy]\nmass_error_kg = 0.5\n",
+        cell.display()
+    );
+    fs::write(folder.join("heavier.toml"), heavier).unwrap();
+    let cell = cell.to_str().unwrap();
+    for arguments in [
+        vec!["plan", cell, "-o", "plan.toml"],
+        vec!["measure", cell, "--plan", "plan.toml", "-o", "then"],
+        vec!["measure", "heavier.toml", "--plan", "plan.toml", "--visit", "1", "-o", "now"],
+    ] {
+        let (code, _, err) = calibench(&arguments, folder);
+        assert_eq!(code, Some(0), "{arguments:?}: {err}");
+    }
+    let (code, out, err) = calibench(&["runs", "then", "now", "--no-prediction"], folder);
+    let said = String::from_utf8(out).unwrap();
+    assert_eq!(code, Some(0), "{said}{err}");
+    assert!(said.contains("The payload of now is not as entered, but +0."), "{said}");
+    let (_, out, _) = calibench(&["runs", "then", "now", "--no-prediction", "--json"], folder);
+    let document: Runs = serde_json::from_slice(&out).unwrap();
+    assert!(document.verdict == "one_geometry_with_changes" && document.differences.len() == 1, "{said}");
+    let mass = &document.differences[0].parameters[0];
+    assert!((mass.value - 0.5).abs() < 4.0 * mass.sigma && mass.sigma < 0.03, "{mass:?}");
+    assert!(document.parameters.iter().all(|p| p.status == "stayed"), "{said}");
+}
+
+#[test]
 fn a_fleet_is_made_and_used() {
     let (_keep, folder) = campaigns();
     for name in ["A", "B", "D"] {

@@ -149,7 +149,8 @@ pub struct ParameterOfRuns {
     pub sigma: f64,
     /// `stayed`, `moved` or `unseen`.
     pub status: String,
-    /// Change in every run since the first, with one sigma, if it alone were free; null where a run does not show it.
+    /// Change in every run since the first, with one sigma: as the differences named have it, if it moved, and else as if it alone
+    /// were free beside them; null where a run does not show it.
     pub changes: Vec<Option<[f64; 2]>>,
     /// Its drift; null without dates, or if the runs do not show it.
     pub drift: Option<DriftOfParameter>,

@@ -50,8 +50,8 @@ pub struct ParameterInRuns {
     pub first: Estimate,
     /// Its value in the last run.
     pub last: f64,
-    /// Its change in every run since the first if it alone were free, beside the differences named: value and one sigma, SI;
-    /// `None` where a run does not show it.
+    /// Its change in every run since the first: as the differences named have it, if it moved, and else as if it alone were free
+    /// beside them; value and one sigma, SI; `None` where a run does not show it.
     pub changes: Vec<Option<[f64; 2]>>,
     /// What became of it.
     pub status: ParameterStatus,
@@ -159,14 +159,15 @@ impl Tables<'_> {
         let first = all.into_iter().find(|e| e.name == unit.parameters[0]);
         let first = first.unwrap_or_else(|| unreachable!("a unit is of a fitted parameter"));
         let moved: Vec<&Difference> = self.differences.iter().filter(|d| self.is_of(d, &first.name)).collect();
-        let by = |run: usize| -> f64 {
-            let names: Vec<&str> = self.named.iter().map(|(name, _)| *name).collect();
-            let of = |d: &&Difference| {
-                let weight = unit.change(&d.pattern, &names, months).weight(names[run]);
-                weight * d.parameters.first().map_or(0.0, |e| e.value)
-            };
-            moved.iter().map(of).sum()
+        let names: Vec<&str> = self.named.iter().map(|(name, _)| *name).collect();
+        let weight = |d: &Difference, run: usize| unit.change(&d.pattern, &names, months).weight(names[run]);
+        let size = |d: &Difference| d.parameters.first().map_or([0.0; 2], |e| [e.value, e.sigma]);
+        let by = |run: usize| -> f64 { moved.iter().map(|d| weight(d, run) * size(d)[0]).sum() };
+        let since_first = |run: usize| {
+            let sigma = moved.iter().fold(0.0, |sum: f64, d| sum.hypot((weight(d, run) - weight(d, 0)) * size(d)[1]));
+            Some([by(run) - by(0), sigma])
         };
+        let changes = if moved.is_empty() { changes } else { (0..runs).map(since_first).collect() };
         let base = first.value;
         let status = match () {
             () if !moved.is_empty() => ParameterStatus::Moved,

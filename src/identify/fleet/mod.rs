@@ -18,7 +18,7 @@ pub use self::file::{read_fleet, write_fleet};
 pub use self::judged::{CONFLICT, FleetJudged, PriorUsed, identify_with_fleet};
 use super::Calibration;
 use super::fleet_prior::{Fleet, FleetParameter, geometry};
-use crate::effects::{self, Owner, Subject};
+use crate::effects::{self, Owner, ParameterSpec, Subject};
 
 /// The reason why calibrations make no fleet.
 #[derive(Debug, Error, Clone, PartialEq)]
@@ -44,6 +44,22 @@ pub enum FleetError {
         name: String,
         /// The other.
         other: String,
+    },
+    /// Two calibrations are of one robot, measured twice.
+    #[error(
+        "{name} is of the robot of {other}: their {parameters} parameters differ by {differ:.1} of their uncertainties, where two robots that are very much alike differ by {expected:.0}; one robot counts once: leave one out"
+    )]
+    MeasuredTwice {
+        /// The calibration.
+        name: String,
+        /// The other.
+        other: String,
+        /// Number of parameters that both determine.
+        parameters: usize,
+        /// Their difference, in units of its standard uncertainty, rms.
+        differ: f64,
+        /// That of two robots that differ by the sizes of [`ALIKE`].
+        expected: f64,
     },
     /// A fit that did not converge.
     #[error("{name}: its fit {outcome}; identify it again or leave it out")]
@@ -83,6 +99,14 @@ impl Fleet {
         if calibrations.len() < 2 {
             return Err(FleetError::OneRobot);
         }
+        for (k, (name, c)) in calibrations.iter().enumerate() {
+            for (other, before) in &calibrations[..k] {
+                if let Some([differ, expected, count]) = measured_twice(c, before) {
+                    let (name, other, parameters) = ((*name).into(), (*other).into(), count as usize);
+                    return Err(FleetError::MeasuredTwice { name, other, parameters, differ, expected });
+                }
+            }
+        }
         let mut names: Vec<(&str, &str)> = Vec::new();
         for (_, c) in calibrations {
             for e in c.estimates.iter().filter(|e| !e.name.contains('@')) {
@@ -100,15 +124,49 @@ impl Fleet {
     }
 }
 
+/// Robots of one type that are very much alike differ by this share of the plausible sizes of the catalogue.
+const ALIKE: f64 = 0.1;
+
+/// Two calibrations of one robot differ by their uncertainties, and by what each model lacks, which is as much again or more.
+const OF_ONE_ROBOT: f64 = 3.0;
+
+/// Fewest parameters by which one robot is recognised.
+const RECOGNISED_BY: f64 = 6.0;
+
+/// If two calibrations are of one robot: the difference of their parameters in units of its uncertainty, rms; that of two robots
+/// that are very much alike; the number of parameters that tell. Those of which alike robots would differ by less than twice
+/// [`OF_ONE_ROBOT`] uncertainties do not.
+fn measured_twice(one: &Calibration, other: &Calibration) -> Option<[f64; 3]> {
+    let mut sums = [0.0; 3];
+    for a in one.estimates.iter().filter(|e| !e.name.contains('@') && e.stated_sigma.is_none()) {
+        let Some(b) = other.estimates.iter().find(|b| b.name == a.name && b.effect == a.effect) else { continue };
+        let Some(spec) = spec_of_arm(one, &a.effect, &a.name) else { continue };
+        let sigma = a.sigma.hypot(b.sigma);
+        let expected = ALIKE * spec.prior * f64::sqrt(2.0) / sigma;
+        if expected > 2.0 * OF_ONE_ROBOT {
+            let differ = (a.value - b.value) / sigma;
+            sums = [sums[0] + differ * differ, sums[1] + expected * expected, sums[2] + 1.0];
+        }
+    }
+    let [differ, expected] = [sums[0], sums[1]].map(|sum| (sum / sums[2].max(1.0)).sqrt());
+    (sums[2] >= RECOGNISED_BY && differ < OF_ONE_ROBOT).then_some([differ, expected, sums[2]])
+}
+
+/// A parameter of the arm; `None` if it is not of the arm.
+fn spec_of_arm(calibration: &Calibration, effect: &str, name: &str) -> Option<ParameterSpec> {
+    let model = &calibration.model;
+    let subject = Subject { own: &model.own, registry: &model.registry, ..Subject::new(&calibration.robot, &[]) };
+    let built = effects::build(effect, &subject).ok()?;
+    if built.owner() != Owner::Robot || is_of_a_day(calibration, effect) {
+        return None;
+    }
+    built.parameters().iter().find(|spec| spec.name == name).cloned()
+}
+
 /// A parameter of the arm, from all calibrations that estimate it; `None` if fewer than two do, or it is not of the arm.
 fn parameter(calibrations: &[(&str, &Calibration)], name: &str, effect: &str) -> Option<FleetParameter> {
     let (_, c) = calibrations.iter().find(|(_, c)| c.model.effects.iter().any(|e| e == effect))?;
-    let subject = Subject { own: &c.model.own, registry: &c.model.registry, ..Subject::new(&c.robot, &[]) };
-    let built = effects::build(effect, &subject).ok()?;
-    if built.owner() != Owner::Robot || is_of_a_day(c, effect) {
-        return None;
-    }
-    let spec = built.parameters().iter().find(|spec| spec.name == name)?.clone();
+    let spec = spec_of_arm(c, effect, name)?;
     let estimates = calibrations.iter().filter_map(|(_, c)| c.estimates.iter().find(|e| e.name == name && e.effect == effect));
     let seen: Vec<[f64; 2]> = estimates.map(|e| [e.value - e.nominal, e.sigma]).collect();
     if seen.len() < 2 {
