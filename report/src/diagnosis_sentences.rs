@@ -10,7 +10,7 @@ use super::meaning::meaning;
 use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
 use calibench::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
-use calibench::effects::{self, EffectId, variable_in_words};
+use calibench::effects::{self, EffectId, Follows, variable_in_words};
 use calibench::identify::Outcome;
 use calibench::units::MM;
 
@@ -77,6 +77,29 @@ fn main(d: &Diagnosis) -> Option<String> {
         capital(&called(&first.hypothesis.in_model)),
         100.0 * share
     ))
+}
+
+/// What the data show that the model lacks, in one sentence or two; `None` if it leaves noise.
+#[must_use]
+pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
+    match beneath(d) {
+        Verdict::NoiseLargerThanStated => Some("What the model leaves is noise, and more of it than stated.".into()),
+        Verdict::Unexplained => {
+            Some("What the model leaves exceeds the noise, and no effect of the catalogue explains it.".into())
+        }
+        Verdict::Identified | Verdict::Partly | Verdict::Indistinguishable => {
+            let of_time = |f: &Finding| {
+                let family = effects::family(EffectId::new(&f.hypothesis.in_model).family());
+                family.is_some_and(|f| f.follows.iter().any(|f| matches!(f, Follows::Time | Follows::Temperature)))
+            };
+            let settle = match first(d).is_some_and(of_time) {
+                true => " The robot was not the same from the first sample to the last: let it warm up, and measure again.",
+                false => "",
+            };
+            main(d).map(|sentence| sentence + settle)
+        }
+        _ => None,
+    }
 }
 
 fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {

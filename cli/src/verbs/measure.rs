@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::Adaptive;
+use calibench::assess::{Adaptive, diagnose};
 use calibench::files::{check_output_folder, with_reasons};
 use calibench::measure::{
     Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
     OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_dataset, read_plan,
 };
 use calibench::units::MM;
-use calibench_report::WORKSPACE;
+use calibench_report::{Recommended, WORKSPACE, lacking_sentence};
 
 use super::choices::PlantChoice;
 use super::choices::seed;
@@ -130,13 +130,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (Outcome::Done, Some(output), false) = (&outcome, &arguments.output, arguments.real.dry_run) else {
         return Ok(outcome);
     };
-    if let Err(e) = adaptive.judge(&read_dataset(output)?.samples) {
+    let measured = read_dataset(output)?;
+    if let Err(e) = adaptive.judge(&measured.samples) {
         failure.get_or_insert_with(|| with_reasons(&e));
     }
     if let Some(why) = failure {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
+    let lacking = diagnose(&[("campaign", &measured)], &model).ok().as_ref().and_then(lacking_sentence);
     print_answer(&reached_sentence(&adaptive, until_mm))?;
+    if let Some(sentence) = &lacking {
+        let commands = Recommended::of(std::slice::from_ref(output), arguments.model.as_deref());
+        print_answer(&format!("{sentence} Next: {} tells more.", commands.diagnose()))?;
+    } else if !adaptive.is_enough() {
+        print_answer("The diagnosis finds nothing that the model lacks: it takes more poses, or less noise.")?;
+    }
     Ok(if adaptive.is_enough() { outcome } else { Outcome::ExpectationFailed })
 }
 
@@ -151,7 +159,7 @@ fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     if adaptive.is_enough() {
         format!("Enough: {said}; below {until_mm} mm with a probability of 90 %.")
     } else {
-        format!("All poses are measured, and {until_mm} mm are not reached: {said}. `diagnose` tells what the model lacks.")
+        format!("All poses are measured, and {until_mm} mm are not reached: {said}.")
     }
 }
 

@@ -38,6 +38,16 @@ fn a_simulated_campaign_ends_when_it_is_enough() {
     assert_eq!((never.status.code(), rows(&at.join("never"))), (Some(1), 80));
     let said = String::from_utf8_lossy(&never.stdout).into_owned();
     assert!(said.contains("0.001 mm are not reached") && said.contains("after 80 probings"), "{said}");
+    assert!(said.contains("nothing that the model lacks: it takes more poses, or less noise"), "{said}");
+    // A robot that was warming up meanwhile is no reason for more poses.
+    let warm = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/warm-robot.toml");
+    fs::write(at.join("warm.toml"), SCENARIO.replace("BASE", warm.to_str().unwrap())).unwrap();
+    let never = calibench(at, "measure warm.toml --plan plan.toml --until-mm 0.02 -o warm");
+    let said = String::from_utf8_lossy(&never.stdout).into_owned();
+    assert!(
+        never.status.code() == Some(1) && said.contains("let it warm up") && said.contains("`calibench diagnose warm`"),
+        "{said}"
+    );
     let too_far = calibench(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x");
     assert_eq!(too_far.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&too_far.stderr).contains("0.001 to 10 mm"));
