@@ -1,5 +1,7 @@
 //! Campaigns that choose the next pose as they go.
 
+use std::path::Path;
+
 use calibench::measure::{CampaignObserver, Conditions, PlannedPose, Probing, Progress, Sample};
 
 use super::progress::CampaignBar;
@@ -49,4 +51,9 @@ impl Choice<'_> {
     pub fn on(&self, conditions: Conditions) -> Conditions {
         self.under.iter().fold(conditions, |conditions, (name, value)| conditions.and(name, value))
     }
+}
+
+/// What is said of a campaign that needs nothing more.
+pub(super) fn finished(probings: usize, output: &Path) -> String {
+    format!("nothing to do: the campaign is finished, after {probings} probings; its dataset is in {}", output.display())
 }

@@ -260,7 +260,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         }
         if inside > 0 {
             print(
-                "The prediction holds where samples were taken; elsewhere in these ranges `calibench compare` tells by how much the error may be larger.",
+                "The prediction holds where samples were taken; `calibench compare` shows how much larger the error may be elsewhere in these ranges.",
             )?;
         }
     }

@@ -13,7 +13,7 @@ use calibench_report::{Recommended, WORKSPACE, lacking_sentence};
 
 use super::choices::PlantChoice;
 use super::choices::seed;
-use super::choosing::{Choice, Chosen};
+use super::choosing::{Choice, Chosen, finished};
 use super::data::model_for;
 use super::failure::{Failure, Interrupted, Outcome};
 use super::measure_cell;
@@ -277,9 +277,4 @@ fn measure(
         tracked = session.points(&tracker, points, "t", SampleSet::Fit)?.samples;
     }
     Ok((record, tracked))
-}
-
-/// What is said of a campaign that needs nothing more.
-pub(super) fn finished(probings: usize, output: &Path) -> String {
-    format!("nothing to do: the campaign is finished, after {probings} probings; its dataset is in {}", output.display())
 }

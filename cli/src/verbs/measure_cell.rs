@@ -16,9 +16,8 @@ use calibench::measure::{
 use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;
-use super::choosing::{Choice, Chosen};
+use super::choosing::{Choice, Chosen, finished};
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
-use super::measure::finished;
 use super::operator::{OperatedArguments, Operator};
 use super::output::{note, print_answer, tell, warn};
 use super::progress::CampaignBar;

@@ -99,7 +99,7 @@ fn other_base(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: U
     let anew = Validation::of(&calibration.set_up_anew().predict(datasets, which).ok()?)?;
     (anew.rms < ANOTHER * as_it_is.rms).then(|| {
         format!(
-            "With base and tool found anew (`--set-up-anew`) these rows leave {:.3} mm rms: here robot or tracker stand elsewhere than in the calibration, or the tool is another.",
+            "With base and tool found anew (`--set-up-anew`) these rows leave {:.3} mm rms: the robot or the tracker has been moved since the calibration, or the tool is another one.",
             anew.rms / MM
         )
     })

@@ -127,15 +127,19 @@ impl Fleet {
 /// Robots of one type that are very much alike differ by this share of the plausible sizes of the catalogue.
 const ALIKE: f64 = 0.1;
 
-/// Two calibrations of one robot differ by their uncertainties, and by what each model lacks, which is as much again or more.
+/// Two calibrations of one robot differ by their uncertainties, and by what each model lacks, which may be as much again or more:
+/// by less than so many uncertainties.
 const OF_ONE_ROBOT: f64 = 3.0;
 
+/// They differ by less than this share of what two robots would that are very much alike. Of these, one pair in a thousand does so by
+/// chance, where [`RECOGNISED_BY`] parameters tell.
+const SHARE: f64 = 1.0 / 3.0;
+
 /// Fewest parameters by which one robot is recognised.
-const RECOGNISED_BY: f64 = 6.0;
+const RECOGNISED_BY: f64 = 8.0;
 
 /// If two calibrations are of one robot: the difference of their parameters in units of its uncertainty, rms; that of two robots
-/// that are very much alike; the number of parameters that tell. Those of which alike robots would differ by less than twice
-/// [`OF_ONE_ROBOT`] uncertainties do not.
+/// that are very much alike; the number of parameters that tell, which are those of which such robots differ by two uncertainties.
 fn measured_twice(one: &Calibration, other: &Calibration) -> Option<[f64; 3]> {
     let mut sums = [0.0; 3];
     for a in one.estimates.iter().filter(|e| !e.name.contains('@') && e.stated_sigma.is_none()) {
@@ -143,13 +147,13 @@ fn measured_twice(one: &Calibration, other: &Calibration) -> Option<[f64; 3]> {
         let Some(spec) = spec_of_arm(one, &a.effect, &a.name) else { continue };
         let sigma = a.sigma.hypot(b.sigma);
         let expected = ALIKE * spec.prior * f64::sqrt(2.0) / sigma;
-        if expected > 2.0 * OF_ONE_ROBOT {
+        if expected > 2.0 {
             let differ = (a.value - b.value) / sigma;
             sums = [sums[0] + differ * differ, sums[1] + expected * expected, sums[2] + 1.0];
         }
     }
     let [differ, expected] = [sums[0], sums[1]].map(|sum| (sum / sums[2].max(1.0)).sqrt());
-    (sums[2] >= RECOGNISED_BY && differ < OF_ONE_ROBOT).then_some([differ, expected, sums[2]])
+    (sums[2] >= RECOGNISED_BY && differ < OF_ONE_ROBOT && differ < SHARE * expected).then_some([differ, expected, sums[2]])
 }
 
 /// A parameter of the arm; `None` if it is not of the arm.
