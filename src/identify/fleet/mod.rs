@@ -47,18 +47,16 @@ pub enum FleetError {
     },
     /// Two calibrations are of one robot, measured twice.
     #[error(
-        "{name} is of the robot of {other}: their {parameters} parameters differ by {differ:.1} of their uncertainties, where two robots that are very much alike differ by {expected:.0}; one robot counts once: leave one out"
+        "{name} is of the robot of {other}: their parameters differ by {differ:.1} of their uncertainties, where two robots that are very much alike differ by {expected:.0}; one robot counts once: leave one out"
     )]
     MeasuredTwice {
         /// The calibration.
         name: String,
         /// The other.
         other: String,
-        /// Number of parameters that both determine.
-        parameters: usize,
         /// Their difference, in units of its standard uncertainty, rms.
         differ: f64,
-        /// That of two robots that differ by the sizes of [`ALIKE`].
+        /// That of two robots that are very much alike: they differ by a tenth of the plausible sizes of the catalogue.
         expected: f64,
     },
     /// A fit that did not converge.
@@ -99,11 +97,12 @@ impl Fleet {
         if calibrations.len() < 2 {
             return Err(FleetError::OneRobot);
         }
+        let pairs = (calibrations.len() * (calibrations.len() - 1) / 2) as f64;
         for (k, (name, c)) in calibrations.iter().enumerate() {
             for (other, before) in &calibrations[..k] {
-                if let Some([differ, expected, count]) = measured_twice(c, before) {
-                    let (name, other, parameters) = ((*name).into(), (*other).into(), count as usize);
-                    return Err(FleetError::MeasuredTwice { name, other, parameters, differ, expected });
+                if let Some([differ, expected]) = measured_twice(c, before, pairs / MISTAKEN) {
+                    let (name, other) = ((*name).into(), (*other).into());
+                    return Err(FleetError::MeasuredTwice { name, other, differ, expected });
                 }
             }
         }
@@ -127,33 +126,25 @@ impl Fleet {
 /// Robots of one type that are very much alike differ by this share of the plausible sizes of the catalogue.
 const ALIKE: f64 = 0.1;
 
-/// Two calibrations of one robot differ by their uncertainties, and by what each model lacks, which may be as much again or more:
-/// by less than so many uncertainties.
-const OF_ONE_ROBOT: f64 = 3.0;
+/// Probability that a fleet of robots that differ so is refused because two seem to be one.
+const MISTAKEN: f64 = 1e-3;
 
-/// They differ by less than this share of what two robots would that are very much alike. Of these, one pair in a thousand does so by
-/// chance, where [`RECOGNISED_BY`] parameters tell.
-const SHARE: f64 = 1.0 / 3.0;
-
-/// Fewest parameters by which one robot is recognised.
-const RECOGNISED_BY: f64 = 8.0;
-
-/// If two calibrations are of one robot: the difference of their parameters in units of its uncertainty, rms; that of two robots
-/// that are very much alike; the number of parameters that tell, which are those of which such robots differ by two uncertainties.
-fn measured_twice(one: &Calibration, other: &Calibration) -> Option<[f64; 3]> {
-    let mut sums = [0.0; 3];
+/// If two calibrations are of one robot: the difference of their parameters in units of its uncertainty, rms, and that of two robots
+/// that are very much alike; `likely` is the likelihood ratio that is asked for.
+///
+/// For robots that differ by [`ALIKE`] the ratio of one robot to two exceeds `likely` with a probability of at most its inverse.
+fn measured_twice(one: &Calibration, other: &Calibration, likely: f64) -> Option<[f64; 2]> {
+    let (mut squares, mut count, mut ln_ratio) = ([0.0; 2], 0.0, 0.0);
     for a in one.estimates.iter().filter(|e| !e.name.contains('@') && e.stated_sigma.is_none()) {
         let Some(b) = other.estimates.iter().find(|b| b.name == a.name && b.effect == a.effect) else { continue };
         let Some(spec) = spec_of_arm(one, &a.effect, &a.name) else { continue };
         let sigma = a.sigma.hypot(b.sigma);
-        let expected = ALIKE * spec.prior * f64::sqrt(2.0) / sigma;
-        if expected > 2.0 {
-            let differ = (a.value - b.value) / sigma;
-            sums = [sums[0] + differ * differ, sums[1] + expected * expected, sums[2] + 1.0];
-        }
+        let [differ, alike] = [a.value - b.value, ALIKE * spec.prior * f64::sqrt(2.0)].map(|by| (by / sigma).powi(2));
+        ln_ratio += 0.5 * ((1.0 + alike).ln() - differ * alike / (1.0 + alike));
+        squares = [squares[0] + differ, squares[1] + alike];
+        count += 1.0;
     }
-    let [differ, expected] = [sums[0], sums[1]].map(|sum| (sum / sums[2].max(1.0)).sqrt());
-    (sums[2] >= RECOGNISED_BY && differ < OF_ONE_ROBOT && differ < SHARE * expected).then_some([differ, expected, sums[2]])
+    (ln_ratio > likely.ln()).then(|| squares.map(|sum| (sum / count).sqrt()))
 }
 
 /// A parameter of the arm; `None` if it is not of the arm.
