@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::fit::fit_some;
 use super::fit_result::{Fit, FitError, Outcome};
+use super::fitted_rows::FittedRows;
 use super::prediction::{Application, Prediction};
 use super::problem::UNSTATED_SIGMA;
 use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use, covariance_with_model_error};
@@ -102,6 +103,8 @@ pub struct Calibration {
     pub joint_ranges: Vec<[f64; 2]>,
     /// SHA-256 of each dataset.
     pub dataset_hashes: Vec<String>,
+    /// The rows that were fitted, to recognise them.
+    pub fitted_rows: FittedRows,
     /// State of the controller's own absolute-accuracy option; `None` if not stated.
     pub absolute_accuracy: Option<bool>,
 }
@@ -218,6 +221,7 @@ impl Calibration {
             iterations: fit.iterations,
             joint_ranges: problem.joint_ranges(),
             dataset_hashes: datasets.iter().map(|(_, d)| d.hash.clone()).collect(),
+            fitted_rows: FittedRows::of(datasets),
             absolute_accuracy: datasets.iter().find_map(|(_, d)| d.absolute_accuracy),
         }
     }

@@ -29,6 +29,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         measured_torques: c.model.measured_torques,
         width: c.model.width.clone(),
         dataset_sha256: c.dataset_hashes.clone(),
+        fitted_rows: c.fitted_rows.to_text(),
         absolute_accuracy: c.absolute_accuracy,
         unresolved: c.unresolved.clone(),
         fit: FitTable::of(c),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use calibench::compensate::{Conditions, Desired, Target};
 use calibench::effects::{Subject, build};
-use calibench::identify::{Calibration, Estimate, MeasuredSetup, Model, Outcome};
+use calibench::identify::{Calibration, Estimate, FittedRows, MeasuredSetup, Model, Outcome};
 use calibench::math::Observability;
 use calibench::robot::{FramePose, Payload, Robot, built_in};
 use calibench::units::{DEG, MM};
@@ -93,6 +93,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
         noise_stated: true,
         iterations: 5,
         dataset_hashes: Vec::new(),
+        fitted_rows: FittedRows::default(),
         absolute_accuracy: None,
     }
 }

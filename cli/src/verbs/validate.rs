@@ -53,6 +53,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(warning) = extrapolation_sentence(&beyond) {
         warn(&warning);
     }
+    let is_fitted = |d: &Dataset| calibration.dataset_hashes.contains(&d.hash);
+    // Rows to which the calibration was fitted have residuals, and no errors; under another name as well.
+    let is_the_fit = !held_out && datasets.iter().any(|(_, d)| is_fitted(d));
+    let fitted = calibration.fitted_rows.share(&named(&datasets), which);
+    if fitted > 0.0 && !is_the_fit {
+        warn(&format!(
+            "warning: about {:.0} % of these rows were fitted: they are the same in the dataset that was calibrated. Of them the residual is judged, not the error; judge rows that were left out.",
+            100.0 * fitted
+        ));
+    }
     // Where the fitted rows are among the data, what is expected at the judged ones is known.
     let expected = match held_out && datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Fit)) {
         true => of_fitted_rows(&calibration, &named(&datasets)),
@@ -62,13 +72,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&Validated {
             errors: documents::Validation::of(&validation),
             outside_range: OutsideRange::of(&beyond),
+            fitted,
             workspace: expected.as_ref().ok().map(documents::Workspace::of_forecast),
         })?;
         return Ok(Outcome::Done);
     }
-    // Rows to which the calibration was fitted have residuals, and no errors.
-    let is_fitted = |d: &Dataset| calibration.dataset_hashes.contains(&d.hash);
-    let figure = if !held_out && datasets.iter().any(|(_, d)| is_fitted(d)) { RESIDUAL } else { NOT_FITTED };
+    let figure = if is_the_fit || fitted > 0.5 { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
     print_answer(&validation_table(&[validation_row(&name, &validation)]))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(&orientation_table(errors)))?;

@@ -88,6 +88,31 @@ fn rows_measured_again_take_the_set_up_of_the_campaign() {
     assert!(code == Some(2) && err.contains("is of the robot ur10, the rows are of ur5"), "{err}");
 }
 
+/// The rows of a table that was calibrated whole, and divided afterwards.
+#[test]
+fn rows_that_were_fitted_are_known_under_another_name() {
+    let folder = scratch("renamed");
+    let table = data("ur10-ipa").join("Series_D").join("measurements_iso_cubes.csv");
+    let [whole, part, of_whole, of_part] = ["whole", "part", "whole.toml", "part.toml"].map(|name| folder.join(name));
+    done(&[&"import", &"ur10-ipa", &table, &"-o", &whole]);
+    done(&[&"import", &"ur10-ipa", &table, &"--holdout", &"0.3", &"-o", &part]);
+    done(&[&"identify", &whole, &"-o", &of_whole]);
+    done(&[&"identify", &part, &"-o", &of_part]);
+    let (_, out, err) = calibench(&[&"validate", &of_whole, &part]);
+    assert!(
+        err.contains("about 100 % of these rows were fitted") && out.contains("residual of the fit, 190 samples"),
+        "{out}{err}"
+    );
+    let (_, out, err) = calibench(&[&"validate", &of_part, &part]);
+    assert!(!err.contains("were fitted") && out.contains("measured on rows not fitted, 190 samples"), "{out}{err}");
+    let fitted = |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--json"]), "fitted");
+    assert_eq!((fitted(&of_whole, &part), fitted(&of_part, &part)), (1.0, 0.0));
+    assert!((fitted(&of_part, &whole) - 0.7).abs() < 0.1);
+    // Nor are they a check of a model that is fitted to them.
+    let (code, _, err) = calibench(&[&"ladder", &part, &"--check", &whole]);
+    assert!(code == Some(2) && err.contains("are among the data that are fitted, and are no check"), "{err}");
+}
+
 /// One JSON document and nothing else.
 fn json(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     let out = done(arguments);

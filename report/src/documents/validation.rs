@@ -101,6 +101,8 @@ pub struct Validated {
     pub errors: Validation,
     /// Rows outside the joint ranges of the calibration; null if there are none.
     pub outside_range: Option<OutsideRange>,
+    /// Share of these rows that were fitted, under whatever name: of them the residual is judged.
+    pub fitted: f64,
     /// The error expected at these rows; null where the rows that were fitted are not among the data.
     pub workspace: Option<Workspace>,
 }

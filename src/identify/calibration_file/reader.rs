@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::super::{Calibration, EffectList, Estimate, Model, Outcome, check_effects};
+use super::super::{Calibration, EffectList, Estimate, FittedRows, Model, Outcome, check_effects};
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
 use crate::effects::{self, EffectId, Subject};
@@ -66,6 +66,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         iterations: f.iterations,
         joint_ranges,
         dataset_hashes: file.dataset_sha256.clone(),
+        fitted_rows: reader.fitted_rows()?,
         absolute_accuracy: file.absolute_accuracy,
         robot: Arc::new(robot),
     })
@@ -85,6 +86,11 @@ impl Reader<'_> {
     fn check_format(&self) -> Result<(), FileError> {
         let format = &self.file.format;
         if format == FORMAT { Ok(()) } else { Err(self.wrong("format", format!("is '{format}', not '{FORMAT}'"), AGAIN)) }
+    }
+
+    fn fitted_rows(&self) -> Result<FittedRows, FileError> {
+        let rows = FittedRows::from_text(&self.file.fitted_rows);
+        rows.ok_or_else(|| self.wrong("fitted_rows", "is no list of digests in their order", "leave it out"))
     }
 
     fn robot(&self) -> Result<Robot, FileError> {
