@@ -48,6 +48,11 @@ impl FittedRows {
         if as_small > 0.0 { fitted / as_small } else { 0.0 }
     }
 
+    /// True if another calibration was fitted to some of the same rows.
+    pub fn meets(&self, other: &FittedRows) -> bool {
+        self.0.iter().any(|digest| other.0.binary_search(digest).is_ok())
+    }
+
     /// As a text for files.
     pub(super) fn to_text(&self) -> String {
         self.0.iter().map(|digest| format!("{digest:0DIGITS$x}")).collect()
@@ -113,6 +118,8 @@ mod tests {
             assert_eq!((share(0, count), share(count, 3 * count)), (1.0, 0.0), "{count}");
             let half = share(count / 2, count / 2 + count);
             assert!((half - 0.5).abs() < 0.15, "{count}: {half}");
+            let others = |from: usize, to: usize| FittedRows::of(&[("b", &rows(from, to, SampleSet::Fit))]);
+            assert!(fitted.meets(&others(0, count / 2)) && !fitted.meets(&others(count, 2 * count)));
             assert_eq!(fitted.share(&[], Use::All), 0.0);
             assert_eq!(FittedRows::from_text(&fitted.to_text()), Some(fitted.clone()), "{count}");
         }

@@ -158,7 +158,7 @@ fn probe(
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
     let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.1));
-    reference.check((then.0, &now(planned.collect()))).map_err(|e| LocatedError {
+    reference.noise((then.0, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",
         problem: with_reasons(&e),

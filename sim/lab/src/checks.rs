@@ -152,8 +152,8 @@ impl Checks {
         // The noise of a comparison, as the check itself takes it: here of the campaign with itself.
         let same = dataset(chosen.iter().map(|&k| campaign.samples[k].clone()).collect());
         let reference = CheckReference::new(&calibration, ("cell", &campaign))?;
-        let looks = reference.check(("cell", &same))?.looks;
-        let noise = looks.iter().map(|look| look.noise).sum::<f64>() / looks.len().max(1) as f64;
+        let noises = reference.noise(("cell", &same))?;
+        let noise = noises.iter().sum::<f64>() / noises.len().max(1) as f64;
         let wanted = self.size * noise * 3f64.sqrt();
         let drawn = Drawn::of(fault, &cell, &sentinels, &mut random);
         let bad = (fault == Fault::Sample).then(|| {

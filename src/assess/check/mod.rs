@@ -32,7 +32,7 @@ use self::evidence::Evidence;
 use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
 use self::seen::ends;
-use crate::identify::{Calibration, IdentifyError, Use};
+use crate::identify::{Calibration, FittedRows, IdentifyError, Use};
 use crate::math::rms;
 use crate::measure::{Ball, Dataset, Sample};
 use crate::robot::FramePose;
@@ -83,8 +83,8 @@ pub enum CheckError {
         /// What the calibration leaves of this one, 3-D rms, m.
         left: f64,
     },
-    /// What was measured again is the campaign.
-    #[error("is the campaign itself")]
+    /// Rows of the campaign were not measured again.
+    #[error("is the campaign itself, or has rows of it: the same joints with the same readings")]
     Itself,
     /// The noise is needed to tell a change from chance.
     #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
@@ -176,6 +176,7 @@ pub struct CheckReference<'a> {
     calibration: &'a Calibration,
     then: (&'a str, &'a Dataset),
     noise: ComparisonNoise,
+    rows: FittedRows,
 }
 
 impl<'a> CheckReference<'a> {
@@ -184,7 +185,8 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
     pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
-        let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
+        let reference =
+            CheckReference { calibration, then, noise: noise_of(calibration, then)?, rows: FittedRows::of(&[then]) };
         if !reference.is_as_calibrated() {
             let left = rms(&calibration.predict(&[then], Use::All)?.residuals);
             if left > FOREIGN * calibration.rms {
@@ -204,14 +206,26 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself.
     pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
-        // A dataset that was never written has no hash.
-        if !now.1.hash.is_empty() && now.1.hash == self.then.1.hash {
+        let scene = self.comparable(now)?;
+        if self.rows.share(&[now], Use::All) > 0.0 {
             return Err(CheckError::Itself);
         }
+        Ok(RobotCheck::on(&scene, self.noise.of.clone()))
+    }
+
+    /// The noise of each comparison, one sigma per axis, m, whether the rows are measured already or not.
+    ///
+    /// # Errors
+    /// When a row has no counterpart, or does not belong to the calibration.
+    pub fn noise(&self, now: (&str, &Dataset)) -> Result<Vec<f64>, CheckError> {
+        Ok(self.comparable(now)?.pairs.iter().map(|pair| pair.noise).collect())
+    }
+
+    fn comparable(&self, now: (&str, &Dataset)) -> Result<Scene, CheckError> {
         if !is_set_up_alike(self.then.1, now.1) {
             return Err(CheckError::OtherSetUp);
         }
-        Ok(RobotCheck::on(&self.scene(self.then, now)?, self.noise.of.clone()))
+        self.scene(self.then, now)
     }
 
     /// A comparison under the same noise with more than the campaign.

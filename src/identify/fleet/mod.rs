@@ -88,7 +88,8 @@ impl Fleet {
                 return Err(FleetError::Unconverged { name: (*name).into(), outcome: outcome.in_words() });
             }
             let same = |(_, other): &&(&str, &Calibration)| {
-                c.dataset_hashes.iter().any(|h| !h.is_empty() && other.dataset_hashes.contains(h))
+                let one_dataset = c.dataset_hashes.iter().any(|h| !h.is_empty() && other.dataset_hashes.contains(h));
+                one_dataset || c.fitted_rows.meets(&other.fitted_rows)
             };
             if let Some((other, _)) = calibrations[..k].iter().find(same) {
                 return Err(FleetError::SameRobot { name: (*name).into(), other: (*other).into() });
