@@ -108,6 +108,8 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     let fitted = |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--json"]), "fitted");
     assert_eq!((fitted(&of_whole, &part), fitted(&of_part, &part)), (1.0, 0.0));
     assert!((fitted(&of_part, &whole) - 0.7).abs() < 0.1);
+    let fitted = |calibration: &PathBuf| json(&[&"compare", calibration, &part, &"--validation", &"--json"])["fitted"].clone();
+    assert_eq!((fitted(&of_whole), fitted(&of_part)), (Value::from(true), Value::from(false)));
     // Nor are they a check of a model that is fitted to them.
     let (code, _, err) = calibench(&[&"ladder", &part, &"--check", &whole]);
     assert!(code == Some(2) && err.contains("are among the data that are fitted, and are no check"), "{err}");
