@@ -60,7 +60,8 @@ impl FittedRows {
 
     /// From the text of a file; `None` if it is no such text.
     pub(super) fn from_text(text: &str) -> Option<Self> {
-        let is_text = text.len() % DIGITS == 0 && text.len() <= KEPT * DIGITS && text.bytes().all(|b| b.is_ascii_hexdigit());
+        let is_text =
+            text.len().is_multiple_of(DIGITS) && text.len() <= KEPT * DIGITS && text.bytes().all(|b| b.is_ascii_hexdigit());
         let digests =
             text.as_bytes().chunks(DIGITS).map(|digits| u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok());
         let digests: Vec<u64> = digests.collect::<Option<_>>().filter(|_| is_text)?;
