@@ -79,27 +79,48 @@ fn main(d: &Diagnosis) -> Option<String> {
     ))
 }
 
-/// What the data show that the model lacks, in one sentence or two; `None` if it leaves noise.
+/// What the data show that the model lacks, in one sentence or two; `None` if they show nothing.
 #[must_use]
 pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
-    match beneath(d) {
+    if let Some(warning) = unconverged(d) {
+        return Some(warning);
+    }
+    let named = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| &f.hypothesis.in_model);
+    let lacking = match beneath(d) {
+        Verdict::NothingLeft if d.noise_is_overstated() => {
+            Some("The noise is stated too large to find what is smaller.".into())
+        }
         Verdict::NoiseLargerThanStated => Some("What the model leaves is noise, and more of it than stated.".into()),
         Verdict::Unexplained => {
             Some("What the model leaves exceeds the noise, and no effect of the catalogue explains it.".into())
         }
-        Verdict::Identified | Verdict::Partly | Verdict::Indistinguishable => {
-            let of_time = |f: &Finding| {
+        Verdict::DataDoNotFit => Some("The samples do not fit the robot.".into()),
+        Verdict::Indistinguishable => {
+            Some(format!("The model lacks one of these, and these samples cannot tell which: {}.", all_called(named)))
+        }
+        Verdict::Identified | Verdict::Partly => {
+            let is_warmth = |f: &Finding| {
                 let family = effects::family(EffectId::new(&f.hypothesis.in_model).family());
-                family.is_some_and(|f| f.follows.iter().any(|f| matches!(f, Follows::Time | Follows::Temperature)))
+                family.is_some_and(|f| f.follows.contains(&Follows::Temperature))
             };
-            let settle = match first(d).is_some_and(of_time) {
-                true => " The robot was not the same from the first sample to the last: let it warm up, and measure again.",
+            let warm_up = match first(d).is_some_and(is_warmth) {
+                true => " The robot was warming up or cooling down: let it warm up, and measure again.",
                 false => "",
             };
-            main(d).map(|sentence| sentence + settle)
+            main(d).map(|sentence| sentence + warm_up)
         }
         _ => None,
-    }
+    };
+    let suspects = d.verdict == Verdict::SuspectSamples || d.outlier().is_some();
+    let suspects = suspects.then(|| "Single samples disagree with all others.".to_owned());
+    let all: Vec<String> = suspects.into_iter().chain(lacking).collect();
+    (!all.is_empty()).then(|| all.join(" "))
+}
+
+/// True if a diagnosis that could have found something finds that nothing is lacking.
+#[must_use]
+pub fn finds_nothing(d: &Diagnosis) -> bool {
+    d.outcome == Outcome::Converged && d.verdict == Verdict::NothingLeft && !d.is_thin() && !d.noise_is_overstated()
 }
 
 fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {

@@ -35,7 +35,7 @@ pub use check::{check_plan_text, check_text, condition_words, what_to_do};
 pub use comparison_plots::{PLOTS_MARK, write_comparison_plots};
 pub use comparison_tables::{comparison_headline, comparison_sentences, comparison_text};
 pub use diagnosis::diagnosis_tables;
-pub use diagnosis_sentences::{lacking_sentence, sentences};
+pub use diagnosis_sentences::{finds_nothing, lacking_sentence, sentences};
 pub use disagreement::{disagreement_sentence, judged_alike};
 pub use effect_names::{called, each_called};
 pub use figures::{

@@ -47,7 +47,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
     if let Some(run) = difference.set_up_of {
         if difference.effect == "payload_mass" {
             return format!(
-                "The payload of {} is not as entered, but {} ({test}). That is no part of the robot: weigh it, and enter it.",
+                "The payload of {} differs from what was entered by {} ({test}), if that of the other runs is right. That is no part of the robot: weigh it, and enter its mass.",
                 runs[run],
                 amounts.replace("payload_mass.m ", "")
             );
@@ -127,7 +127,6 @@ fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
 
 fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
     let unit = p.first.unit.si;
-    // Before what moved has moved, its change is none, and certain.
     let largest = p
         .changes
         .iter()

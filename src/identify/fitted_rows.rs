@@ -1,23 +1,30 @@
-//! The rows that a calibration was fitted to, in a sketch that fits a line: rows that come back under the name of another dataset are
-//! recognised, and not taken for rows that were left out.
+//! The rows that a calibration was fitted to, by their digests: rows that come back under the name of another dataset are recognised.
 //!
-//! The smallest digests of all rows are a random sample of them (A. Z. Broder, *On the resemblance and containment of documents*, 1997):
-//! of other rows, those with digests as small are among them or were not fitted.
+//! Of many rows the smallest digests are kept, which are a random sample of them (A. Z. Broder, *On the resemblance and containment of
+//! documents*, 1997): a row whose digest is no larger than the largest kept was fitted if, and only if, its digest is kept.
+
+use std::collections::HashSet;
 
 use crate::identify::Use;
 use crate::measure::{Dataset, Measured, Sample};
 
-/// Digests kept: of 12,000 rows one in a hundred.
-const KEPT: usize = 128;
+/// Digests kept.
+const KEPT: usize = 2048;
 
 /// Hexadecimal digits of a digest in a file.
-const DIGITS: usize = 12;
+const DIGITS: usize = 10;
 
 /// Bits of a digest.
 const MASK: u64 = (1 << (4 * DIGITS)) - 1;
 
-/// Readings are equal if they are to a nanometre and a nanoradian: files are rounded.
+/// Numbers are rounded to this, m and rad, before they are digested: files are rounded too.
 const GRAIN: f64 = 1e-9;
+
+/// Fewest rows by which a share is estimated where not all digests are kept.
+const ENOUGH: usize = 10;
+
+/// Fewest rows that are no coincidence: an instrument of coarse steps reads the same again now and then.
+const NO_COINCIDENCE: usize = 3;
 
 /// The smallest digests of the rows that were fitted, ascending.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -27,7 +34,7 @@ impl FittedRows {
     /// The sketch of the rows of set `fit`.
     pub fn of(datasets: &[(&str, &Dataset)]) -> Self {
         let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
-        let mut digests: Vec<u64> = rows.map(digest).collect();
+        let mut digests: Vec<u64> = rows.filter_map(digest).collect();
         if digests.len() > KEPT {
             digests.select_nth_unstable(KEPT - 1);
             digests.truncate(KEPT);
@@ -36,21 +43,24 @@ impl FittedRows {
         FittedRows(digests)
     }
 
-    /// Share of the rows of `which` that were fitted; an estimate where more rows were fitted than digests are kept.
-    pub fn share(&self, datasets: &[(&str, &Dataset)], which: Use) -> f64 {
-        let last = if self.0.len() < KEPT { MASK } else { self.0[KEPT - 1] };
+    /// Share of the rows of `which` that are the same as rows that were fitted; an estimate where more were fitted than are kept,
+    /// `None` where it cannot be told: no rows are kept, or too few to estimate it by.
+    pub fn share(&self, datasets: &[(&str, &Dataset)], which: Use) -> Option<f64> {
+        let is_whole = self.0.len() < KEPT;
+        let last = if is_whole { MASK } else { self.0[KEPT - 1] };
         let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s)));
-        let (mut as_small, mut fitted) = (0.0, 0.0);
-        for digest in rows.map(digest).filter(|digest| *digest <= last) {
-            as_small += 1.0;
-            fitted += f64::from(u8::from(self.0.binary_search(&digest).is_ok()));
+        let (mut seen, mut fitted) = (0, 0);
+        for digest in rows.filter_map(digest).filter(|digest| *digest <= last) {
+            seen += 1;
+            fitted += usize::from(self.0.binary_search(&digest).is_ok());
         }
-        if as_small > 0.0 { fitted / as_small } else { 0.0 }
+        let is_told = seen >= if is_whole { 1 } else { ENOUGH };
+        (is_told && !self.0.is_empty()).then(|| fitted as f64 / seen as f64)
     }
 
-    /// True if another calibration was fitted to some of the same rows.
+    /// True if several of the rows kept are also kept of another calibration.
     pub fn meets(&self, other: &FittedRows) -> bool {
-        self.0.iter().any(|digest| other.0.binary_search(digest).is_ok())
+        self.0.iter().filter(|digest| other.0.binary_search(digest).is_ok()).count() >= NO_COINCIDENCE
     }
 
     /// As a text for files.
@@ -69,8 +79,19 @@ impl FittedRows {
     }
 }
 
-/// Digest of what was measured at which joints, whatever the row is called.
-fn digest(sample: &Sample) -> u64 {
+/// True if most of some rows, and several of them, are also among others: the same joints with the same readings.
+pub fn are_copied<'a>(rows: impl Iterator<Item = &'a Sample>, from: impl Iterator<Item = &'a Sample>) -> bool {
+    let from: HashSet<u64> = from.filter_map(digest).collect();
+    let (mut all, mut copied) = (0, 0);
+    for row in rows {
+        all += 1;
+        copied += usize::from(digest(row).is_some_and(|digest| from.contains(&digest)));
+    }
+    copied >= NO_COINCIDENCE && 2 * copied > all
+}
+
+/// Digest of the joints, and of what was read there; `None` if nothing was read, as of a ball that was centred to zero.
+fn digest(sample: &Sample) -> Option<u64> {
     let mut digest = 0;
     // The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
     let mut take = |number: f64| {
@@ -84,7 +105,7 @@ fn digest(sample: &Sample) -> u64 {
     match &sample.measured {
         Measured::Ball { ball, reading } => {
             take(*ball as f64);
-            reading.iter().flat_map(|reading| reading.iter()).for_each(|r| take(*r));
+            (*reading)?.iter().for_each(|r| take(*r));
         }
         Measured::Point(point) => point.iter().for_each(|x| take(*x)),
         Measured::Distance { anchor, distance } => {
@@ -92,7 +113,7 @@ fn digest(sample: &Sample) -> u64 {
             take(*distance);
         }
     }
-    digest & MASK
+    Some(digest & MASK)
 }
 
 #[cfg(test)]
@@ -112,27 +133,41 @@ mod tests {
 
     #[test]
     fn rows_are_recognised_under_another_name() {
-        for count in [20, 127, 128, 129, 5_000] {
+        for count in [20, KEPT - 1, KEPT, KEPT + 1, 12_000] {
             let fitted = FittedRows::of(&[("a", &rows(0, count, SampleSet::Fit))]);
             let share =
                 |from: usize, to: usize| fitted.share(&[("b", &rows(from, to, SampleSet::Validation))], Use::Validation);
-            assert_eq!((share(0, count), share(count, 3 * count)), (1.0, 0.0), "{count}");
-            let half = share(count / 2, count / 2 + count);
-            assert!((half - 0.5).abs() < 0.15, "{count}: {half}");
+            assert_eq!((share(0, count), share(count, 3 * count)), (Some(1.0), Some(0.0)), "{count}");
+            let half = share(count / 2, count / 2 + count).expect("told");
+            assert!((half - 0.5).abs() < 0.05, "{count}: {half}");
             let others = |from: usize, to: usize| FittedRows::of(&[("b", &rows(from, to, SampleSet::Fit))]);
             assert!(fitted.meets(&others(0, count / 2)) && !fitted.meets(&others(count, 2 * count)));
-            assert_eq!(fitted.share(&[], Use::All), 0.0);
             assert_eq!(FittedRows::from_text(&fitted.to_text()), Some(fitted.clone()), "{count}");
         }
-        for text in ["12", "zzzzzzzzzzzz", "00000000000200000000000100", "é2345678901"] {
+        for text in ["12", "zzzzzzzzzz", "00000000020000000001", "é23456789"] {
             assert_eq!(FittedRows::from_text(text), None, "{text}");
         }
         assert_eq!(FittedRows::from_text(""), Some(FittedRows::default()));
     }
 
-    /// A calibration that was written before, or by others, knows no rows.
+    /// Of 12,000 rows a sixth are kept: three rows say nothing, and none are said of a calibration that knows no rows.
     #[test]
-    fn a_sketch_of_nothing_recognises_nothing() {
-        assert_eq!(FittedRows::default().share(&[("b", &rows(0, 9, SampleSet::Fit))], Use::All), 0.0);
+    fn what_cannot_be_told_is_not_told() {
+        let fitted = FittedRows::of(&[("a", &rows(0, 12_000, SampleSet::Fit))]);
+        assert_eq!(fitted.share(&[("b", &rows(0, 3, SampleSet::Fit))], Use::All), None);
+        assert_eq!(FittedRows::default().share(&[("b", &rows(0, 9, SampleSet::Fit))], Use::All), None);
+        assert_eq!(fitted.share(&[], Use::All), None);
+    }
+
+    #[test]
+    fn a_coincidence_is_no_copy() {
+        let copied = |rows: &Dataset, from: &Dataset| are_copied(rows.samples.iter(), from.samples.iter());
+        let whole = rows(0, 20, SampleSet::Validation);
+        assert!(copied(&whole, &whole) && copied(&rows(0, 5, SampleSet::Fit), &whole));
+        assert!(!copied(&rows(18, 23, SampleSet::Fit), &whole), "two of five");
+        assert!(!copied(&rows(14, 34, SampleSet::Fit), &whole), "six of twenty");
+        let centred = |k: usize| Sample::new(format!("b{k}"), vec![0.1; 6], Measured::Ball { ball: 0, reading: None });
+        let centred = Dataset { samples: (0..5).map(centred).collect(), ..Dataset::default() };
+        assert!(!copied(&centred, &centred), "centred to zero at the same rounded joints");
     }
 }

@@ -77,7 +77,10 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
 /// What was found from the rows of each would differ by what these rows happen to show.
 pub(super) fn take_set_up(dataset: &mut Dataset, folder: &Path) -> Result<(), ImportError> {
     let of = read_dataset(folder)?;
-    if of.robot.links != dataset.robot.links {
+    if !dataset.tool_free && dataset.tool != FramePose::default() && dataset.tool != of.tool {
+        return Err(ImportError::TwoTools { path: folder.to_owned() });
+    }
+    if !of.robot.is_same_arm(&dataset.robot) {
         return Err(ImportError::SetUpOfAnother {
             path: folder.to_owned(),
             other: of.robot.name.clone(),

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::identify::{
-    Calibration, FittedRows, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, Use,
-    identify_with_fleet, read_calibration, read_fleet,
+    Calibration, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, are_copied, identify_with_fleet,
+    read_calibration, read_fleet,
 };
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 pub use calibench_report::workbench::{locate_in_data, model_for};
@@ -75,8 +75,8 @@ pub fn with_fleet(
     Ok((Model { fleet: prior, ..model }, Some(judged)))
 }
 
-/// Reads campaigns of the same arm that are judged but not fitted; one that is also fitted is dropped, and one that shares rows
-/// with them under another name is refused.
+/// Reads campaigns of the same arm that are judged but not fitted; one that is also fitted is dropped, and one that consists
+/// mostly of fitted rows under another name is refused.
 pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Result<Vec<(String, Dataset)>, Failure> {
     let mut checks = read_datasets(folders)?;
     let first = &fitted[0].1;
@@ -97,18 +97,14 @@ pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Resu
         }
         !is_fitted
     });
-    let rows = FittedRows::of(&named(fitted));
     for (name, check) in &checks {
         let is_judged_by_set = check.samples.iter().any(|s| s.set == SampleSet::Validation);
-        let which = if is_judged_by_set { Use::Validation } else { Use::All };
-        let share = rows.share(&[(name, check)], which);
-        if share > 0.0 {
+        let judged = check.samples.iter().filter(|s| !is_judged_by_set || s.set == SampleSet::Validation);
+        let of_the_fit = fitted.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| s.set == SampleSet::Fit));
+        if are_copied(judged, of_the_fit) {
             let folder = folders.iter().find(|f| f.ends_with(name)).unwrap_or(&folders[0]);
-            let problem = format!(
-                "about {:.0} % of them are among the data that are fitted, and are no check; check against rows that were left out",
-                100.0 * share
-            );
-            return Err(Box::new(LocatedError { path: folder.join("samples.csv"), field: "rows", problem }));
+            let problem = "most of them are also fitted, and cannot serve as a check; check against rows that were left out";
+            return Err(Box::new(LocatedError { path: folder.join("samples.csv"), field: "rows", problem: problem.into() }));
         }
     }
     Ok(checks)

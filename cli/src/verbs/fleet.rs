@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use calibench::identify::{Calibration, Fleet, write_fleet};
+use calibench::identify::{Calibration, Fleet, SeemOne, write_fleet};
 use calibench_report::{documents, fleet_text};
 
 use super::data::read_calibration_to_use;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json};
+use super::output::{check_outputs, print, print_answer, print_json, warn};
 use super::streams::output;
 
 #[derive(clap::Args)]
@@ -31,6 +31,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let read: Vec<(String, Calibration)> = arguments.calibrations.iter().map(read).collect::<Result<_, _>>()?;
     let named: Vec<(&str, &Calibration)> = read.iter().map(|(name, c)| (name.as_str(), c)).collect();
     let fleet = Fleet::of(&named)?;
+    for SeemOne { name, other, differ, alike } in SeemOne::of(&named) {
+        warn(&format!(
+            "warning: {name} seems to be of the robot of {other}: their parameters differ by {differ:.1} times their standard uncertainty, where those of two robots that are very much alike differ by {alike:.1}. A robot that counts twice makes its type seem more alike than it is: leave one out, unless they are two."
+        ));
+    }
     if let Some(path) = &arguments.output {
         write_fleet(&fleet, path)?;
     }

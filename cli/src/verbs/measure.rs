@@ -9,7 +9,7 @@ use calibench::measure::{
     OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_dataset, read_plan,
 };
 use calibench::units::MM;
-use calibench_report::{Recommended, WORKSPACE, lacking_sentence};
+use calibench_report::{Recommended, WORKSPACE, finds_nothing, lacking_sentence};
 
 use super::choices::PlantChoice;
 use super::choices::seed;
@@ -137,13 +137,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(why) = failure {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
-    let lacking = diagnose(&[("campaign", &measured)], &model).ok().as_ref().and_then(lacking_sentence);
+    let waiting = Waiting::new("diagnosing");
+    let diagnosis = diagnose(&[("campaign", &measured)], &model);
+    drop(waiting);
     print_answer(&reached_sentence(&adaptive, until_mm))?;
-    if let Some(sentence) = &lacking {
+    let diagnosis = diagnosis.as_ref().ok();
+    if let Some(sentence) = diagnosis.and_then(lacking_sentence) {
         let commands = Recommended::of(std::slice::from_ref(output), arguments.model.as_deref());
         print_answer(&format!("{sentence} Next: {} tells more.", commands.diagnose()))?;
-    } else if !adaptive.is_enough() {
-        print_answer("The diagnosis finds nothing that the model lacks: it takes more poses, or less noise.")?;
+    } else if !adaptive.is_enough() && diagnosis.is_some_and(finds_nothing) {
+        print_answer("The diagnosis finds nothing that the model lacks: more poses, or less noise, are needed.")?;
     }
     Ok(if adaptive.is_enough() { outcome } else { Outcome::ExpectationFailed })
 }

@@ -55,12 +55,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let is_fitted = |d: &Dataset| calibration.dataset_hashes.contains(&d.hash);
     // Rows to which the calibration was fitted have residuals, and no errors; under another name as well.
-    let is_the_fit = !held_out && datasets.iter().any(|(_, d)| is_fitted(d));
+    let is_the_fit = !held_out && datasets.iter().all(|(_, d)| is_fitted(d));
     let fitted = calibration.fitted_rows.share(&named(&datasets), which);
-    if fitted > 0.0 && !is_the_fit {
+    if let Some(share) = fitted.filter(|share| *share >= WORTH_A_WORD && !is_the_fit) {
         warn(&format!(
-            "warning: about {:.0} % of these rows were fitted: they are the same in the dataset that was calibrated. Of them the residual is judged, not the error; judge rows that were left out.",
-            100.0 * fitted
+            "warning: about {:.0} % of these rows are the same as rows that were fitted, joints and readings: of those the figure is a residual, and no error; judge rows that were left out.",
+            100.0 * share
         ));
     }
     // Where the fitted rows are among the data, what is expected at the judged ones is known.
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })?;
         return Ok(Outcome::Done);
     }
-    let figure = if is_the_fit || fitted > 0.5 { RESIDUAL } else { NOT_FITTED };
+    let figure = if is_the_fit || fitted.is_some_and(|share| share > 0.5) { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
     print_answer(&validation_table(&[validation_row(&name, &validation)]))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(&orientation_table(errors)))?;
@@ -99,6 +99,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     Ok(Outcome::Done)
 }
+
+/// Rows that are the same as fitted ones are reported from this share on: an instrument of coarse steps reads the same again now
+/// and then.
+const WORTH_A_WORD: f64 = 0.1;
 
 /// Errors that a base and a tool of their own reduce to less than this share are those of another set-up.
 const ANOTHER: f64 = 0.2;

@@ -100,11 +100,12 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     done(&[&"identify", &part, &"-o", &of_part]);
     let (_, out, err) = calibench(&[&"validate", &of_whole, &part]);
     assert!(
-        err.contains("about 100 % of these rows were fitted") && out.contains("residual of the fit, 190 samples"),
+        err.contains("about 100 % of these rows are the same as rows that were fitted")
+            && out.contains("residual of the fit, 190 samples"),
         "{out}{err}"
     );
     let (_, out, err) = calibench(&[&"validate", &of_part, &part]);
-    assert!(!err.contains("were fitted") && out.contains("measured on rows not fitted, 190 samples"), "{out}{err}");
+    assert!(!err.contains("rows that were fitted") && out.contains("measured on rows not fitted, 190 samples"), "{out}{err}");
     let fitted = |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--json"]), "fitted");
     assert_eq!((fitted(&of_whole, &part), fitted(&of_part, &part)), (1.0, 0.0));
     assert!((fitted(&of_part, &whole) - 0.7).abs() < 0.1);
@@ -112,7 +113,7 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     assert_eq!((fitted(&of_whole), fitted(&of_part)), (Value::from(true), Value::from(false)));
     // Nor are they a check of a model that is fitted to them.
     let (code, _, err) = calibench(&[&"ladder", &part, &"--check", &whole]);
-    assert!(code == Some(2) && err.contains("are among the data that are fitted, and are no check"), "{err}");
+    assert!(code == Some(2) && err.contains("most of them are also fitted, and cannot serve as a check"), "{err}");
 }
 
 /// One JSON document and nothing else.

@@ -113,7 +113,7 @@ fn a_heavier_payload_in_one_run_is_no_other_robot() {
     let (code, out, err) = calibench(&["runs", "then", "now", "--no-prediction"], folder);
     let said = String::from_utf8(out).unwrap();
     assert_eq!(code, Some(0), "{said}{err}");
-    assert!(said.contains("The payload of now is not as entered, but +0."), "{said}");
+    assert!(said.contains("The payload of now differs from what was entered by +0."), "{said}");
     let (_, out, _) = calibench(&["runs", "then", "now", "--no-prediction", "--json"], folder);
     let document: Runs = serde_json::from_slice(&out).unwrap();
     assert!(document.verdict == "one_geometry_with_changes" && document.differences.len() == 1, "{said}");

@@ -101,8 +101,9 @@ pub struct Validated {
     pub errors: Validation,
     /// Rows outside the joint ranges of the calibration; null if there are none.
     pub outside_range: Option<OutsideRange>,
-    /// Share of these rows that were fitted, under whatever name: of them the residual is judged.
-    pub fitted: f64,
+    /// Share of these rows that are the same as rows that were fitted, joints and readings; an estimate where more than 2,048 were
+    /// fitted, null where it cannot be told.
+    pub fitted: Option<f64>,
     /// The error expected at these rows; null where the rows that were fitted are not among the data.
     pub workspace: Option<Workspace>,
 }

@@ -32,7 +32,7 @@ use self::evidence::Evidence;
 use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
 use self::seen::ends;
-use crate::identify::{Calibration, FittedRows, IdentifyError, Use};
+use crate::identify::{Calibration, IdentifyError, Use, are_copied};
 use crate::math::rms;
 use crate::measure::{Ball, Dataset, Sample};
 use crate::robot::FramePose;
@@ -47,7 +47,7 @@ const CHANGED_BEFOREHAND: f64 = 0.1;
 /// Logarithm of the largest ratio that is stated.
 const LARGEST: f64 = 600.0;
 
-/// A campaign of which the calibration leaves this many times its own residual is of another robot.
+/// A campaign of which the calibration leaves this many times its own residual is not of the robot that was calibrated.
 const FOREIGN: f64 = 3.0;
 
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
@@ -72,7 +72,8 @@ pub enum CheckError {
     /// than those of the campaign.
     #[error("the base, tool and balls of these samples are not those of the calibration")]
     OtherSetUp,
-    /// The campaign is not of the calibration, whose robot would be called unchanged whatever the calibration says.
+    /// The campaign is of another robot, or of one that had changed by then: compared with it, a robot would be called unchanged
+    /// although the calibration does not hold.
     #[error(
         "is not the campaign that was calibrated, whose residual is {:.3} mm: this calibration leaves {:.3} mm of it",
         calibrated / MM, left / MM
@@ -84,7 +85,7 @@ pub enum CheckError {
         left: f64,
     },
     /// Rows of the campaign were not measured again.
-    #[error("is the campaign itself, or has rows of it: the same joints with the same readings")]
+    #[error("is the campaign itself, or mostly rows of it: the same joints with the same readings")]
     Itself,
     /// The noise is needed to tell a change from chance.
     #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
@@ -176,7 +177,6 @@ pub struct CheckReference<'a> {
     calibration: &'a Calibration,
     then: (&'a str, &'a Dataset),
     noise: ComparisonNoise,
-    rows: FittedRows,
 }
 
 impl<'a> CheckReference<'a> {
@@ -185,11 +185,12 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
     pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
-        let reference =
-            CheckReference { calibration, then, noise: noise_of(calibration, then)?, rows: FittedRows::of(&[then]) };
+        let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
         if !reference.is_as_calibrated() {
             let left = rms(&calibration.predict(&[then], Use::All)?.residuals);
-            if left > FOREIGN * calibration.rms {
+            // A fit to few samples, or to exact ones, leaves less than the noise of the next.
+            let noise = then.1.noise.point.unwrap_or(0.0) * f64::sqrt(3.0);
+            if left > FOREIGN * calibration.rms.hypot(noise) {
                 return Err(CheckError::Foreign { calibrated: calibration.rms, left });
             }
         }
@@ -198,7 +199,8 @@ impl<'a> CheckReference<'a> {
 
     /// True if this is the very campaign that was calibrated, to the last byte of its files.
     pub fn is_as_calibrated(&self) -> bool {
-        self.calibration.dataset_hashes.contains(&self.then.1.hash)
+        // A dataset that was never written has no hash.
+        !self.then.1.hash.is_empty() && self.calibration.dataset_hashes.contains(&self.then.1.hash)
     }
 
     /// Checks the rows of `now`, in order, against those of the campaign. Both are of the calibration's set-up.
@@ -207,7 +209,7 @@ impl<'a> CheckReference<'a> {
     /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself.
     pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
         let scene = self.comparable(now)?;
-        if self.rows.share(&[now], Use::All) > 0.0 {
+        if are_copied(now.1.samples.iter(), self.then.1.samples.iter()) {
             return Err(CheckError::Itself);
         }
         Ok(RobotCheck::on(&scene, self.noise.of.clone()))

@@ -41,7 +41,7 @@ pub(super) fn of(
     let as_fitted = as_fitted(application);
     let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
     let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|(_, d)| named(d));
-    let under_another_name = calibration.fitted_rows.share(datasets, which) > 0.5;
+    let under_another_name = calibration.fitted_rows.share(datasets, which).is_some_and(|share| share > 0.5);
     let beforehand = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted) {
         as_fitted
     } else {

@@ -1,8 +1,8 @@
 //! The size of a drift: the variance of the steps that a parameter makes from run to run, in proportion to the time between them.
 //!
-//! The most likely size is by restricted likelihood. The limit is where the steps would be smaller than they are in one case of twenty: their
-//! sum of squares, each in units of its variance at that size, is a chi-square. The likelihood ratio alone would hold for many runs, and in
-//! nine cases of ten for three.
+//! The most likely size is by restricted likelihood. The limit is the drift at which steps as small as those observed would occur in only
+//! one case in twenty: their sum of squares, each in units of its variance at that drift, is a chi-square. The likelihood ratio alone would
+//! hold for many runs, and in nine cases of ten for three.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -163,11 +163,12 @@ impl Tables<'_> {
         let weight = |d: &Difference, run: usize| unit.change(&d.pattern, &names, months).weight(names[run]);
         let size = |d: &Difference| d.parameters.first().map_or([0.0; 2], |e| [e.value, e.sigma]);
         let by = |run: usize| -> f64 { moved.iter().map(|d| weight(d, run) * size(d)[0]).sum() };
-        let since_first = |run: usize| {
+        let since_first = |(run, free): (usize, Option<[f64; 2]>)| {
             let sigma = moved.iter().fold(0.0, |sum: f64, d| sum.hypot((weight(d, run) - weight(d, 0)) * size(d)[1]));
-            Some([by(run) - by(0), sigma])
+            // Where it has not moved yet, or no longer, it is judged as every other.
+            if sigma > 0.0 { Some([by(run) - by(0), sigma]) } else { free }
         };
-        let changes = if moved.is_empty() { changes } else { (0..runs).map(since_first).collect() };
+        let changes: Vec<_> = changes.into_iter().enumerate().map(since_first).collect();
         let base = first.value;
         let status = match () {
             () if !moved.is_empty() => ParameterStatus::Moved,

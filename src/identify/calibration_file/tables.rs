@@ -32,7 +32,7 @@ pub(super) struct File {
     pub(super) width: BTreeMap<String, f64>,
     /// SHA-256 of each dataset: of `dataset.toml` followed by `samples.csv`.
     pub(super) dataset_sha256: Vec<String>,
-    /// Digests of some of the rows that were fitted, 12 digits each, by which they are recognised in other datasets.
+    /// Digests of rows that were fitted, 10 digits each, by which they are recognised in other datasets; of many rows the smallest 2,048.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(super) fitted_rows: String,
     /// True if the controller's own absolute-accuracy option was on; not there if nobody said.

@@ -89,12 +89,19 @@ impl History {
         if let Some(before) = self.check[..k].last().filter(|before| before.on > entry.on) {
             return wrong("on", format!("is {}, after {}", entry.on, before.on), "put the checks in their order");
         }
-        if let Some(same) = self.check[..k].iter().find(|other| other.dataset == entry.dataset) {
+        if let Some(same) = self.check[..k].iter().find(|other| plain(&other.dataset) == plain(&entry.dataset)) {
             let problem = format!("is {}, which is the check of {} already", entry.dataset.display(), same.on);
             return wrong("dataset", problem, "list every dataset once");
         }
         if ![VALID, CHANGED].contains(&entry.verdict.as_str()) {
             return wrong("verdict", format!("is '{}'", entry.verdict), "write `valid` or `changed`");
+        }
+        if entry.condition.is_some() != (entry.verdict == CHANGED) {
+            let problem = "is of a check that found a change, and only of such a one";
+            return wrong("condition", problem.into(), "correct the verdict or the condition");
+        }
+        if entry.probability.is_some_and(|p| !(0.0..=1.0).contains(&p)) {
+            return wrong("probability", "is no probability".into(), "write a number from 0 to 1");
         }
         None
     }
@@ -108,7 +115,7 @@ impl History {
             return Err(format!("--on {on}: the last check in {} is of {}", path.display(), last.on));
         }
         let dataset = relative(path, folder);
-        if let Some(same) = self.check.iter().find(|entry| entry.dataset == dataset) {
+        if let Some(same) = self.check.iter().find(|entry| plain(&entry.dataset) == dataset) {
             return Err(format!("{} is in {} already, as the check of {}", folder.display(), path.display(), same.on));
         }
         let named = check.named();
@@ -164,6 +171,11 @@ pub fn day(text: &str) -> Result<String, String> {
     let parsed =
         text.parse::<toml::value::Datetime>().ok().filter(|d| d.date.is_some() && d.time.is_none() && d.offset.is_none());
     parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is no day; write it as 2026-11-24"))
+}
+
+/// The same path without parts that mean nothing.
+fn plain(path: &Path) -> PathBuf {
+    path.components().filter(|part| *part != std::path::Component::CurDir).collect()
 }
 
 /// A path as seen from the folder of a file; absolute if they have nothing in common.
