@@ -88,7 +88,7 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
     let named = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| &f.hypothesis.in_model);
     let lacking = match beneath(d) {
         Verdict::NothingLeft if d.noise_is_overstated() => {
-            Some("The noise is stated too large to find what is smaller.".into())
+            Some("The noise is stated too large, and what is smaller than it is overlooked.".into())
         }
         Verdict::NoiseLargerThanStated => Some("What the model leaves is noise, and more of it than stated.".into()),
         Verdict::Unexplained => {
