@@ -127,13 +127,7 @@ fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
 
 fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
     let unit = p.first.unit.si;
-    let largest = p
-        .changes
-        .iter()
-        .flatten()
-        .skip(1)
-        .filter(|c| c[1] > 0.0)
-        .max_by(|a, b| (a[0] / a[1]).abs().total_cmp(&(b[0] / b[1]).abs()));
+    let largest = p.changes.iter().flatten().skip(1).max_by(|a, b| (a[0] / a[1]).abs().total_cmp(&(b[0] / b[1]).abs()));
     let places = decimals(p.first.sigma / unit);
     let mut row = vec![
         p.first.name.clone(),

@@ -92,27 +92,16 @@ pub fn are_copied<'a>(rows: impl Iterator<Item = &'a Sample>, from: impl Iterato
 
 /// Digest of the joints, and of what was read there; `None` if nothing was read, as of a ball that was centred to zero.
 fn digest(sample: &Sample) -> Option<u64> {
-    let mut digest = 0;
-    // The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
-    let mut take = |number: f64| {
-        digest ^= ((number / GRAIN).round() as i64) as u64;
-        digest = u64::wrapping_add(digest, 0x9e37_79b9_7f4a_7c15);
-        digest = (digest ^ (digest >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        digest = (digest ^ (digest >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        digest ^= digest >> 31;
-    };
-    sample.q.iter().for_each(|q| take(*q));
-    match &sample.measured {
-        Measured::Ball { ball, reading } => {
-            take(*ball as f64);
-            (*reading)?.iter().for_each(|r| take(*r));
-        }
-        Measured::Point(point) => point.iter().for_each(|x| take(*x)),
-        Measured::Distance { anchor, distance } => {
-            take(*anchor as f64);
-            take(*distance);
-        }
+    if matches!(sample.measured, Measured::Ball { reading: None, .. }) {
+        return None;
     }
+    let digest = sample.numbers().fold(0u64, |digest, number| {
+        // The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
+        let digest = (digest ^ ((number / GRAIN).round() as i64) as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let digest = (digest ^ (digest >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let digest = (digest ^ (digest >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        digest ^ (digest >> 31)
+    });
     Some(digest & MASK)
 }
 

@@ -270,6 +270,16 @@ impl Dataset {
 }
 
 impl Sample {
+    /// The numbers by which a row is recognised: the joints, the ball or anchor by its index, and what was read there; SI.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let (target, read): (Option<usize>, [Option<f64>; 3]) = match &self.measured {
+            Measured::Ball { ball, reading } => (Some(*ball), reading.map_or([None; 3], |r| [Some(r.x), Some(r.y), Some(r.z)])),
+            Measured::Point(point) => (None, [Some(point.x), Some(point.y), Some(point.z)]),
+            Measured::Distance { anchor, distance } => (Some(*anchor), [Some(*distance), None, None]),
+        };
+        self.q.iter().copied().chain(target.map(|t| t as f64)).chain(read.into_iter().flatten())
+    }
+
     /// Creates a sample with these joints and this measurement, all else unknown.
     pub fn new(id: impl Into<String>, q: Vec<f64>, measured: Measured) -> Self {
         Sample {

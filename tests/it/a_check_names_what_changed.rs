@@ -6,7 +6,8 @@
 use std::sync::Arc;
 
 use calibench::assess::{
-    Charts, CheckError, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, choose_sentinels, power_of_check,
+    Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, choose_sentinels,
+    power_of_check,
 };
 use calibench::identify::{Calibration, Model, identify};
 use calibench::measure::{Dataset, Measured, Noise, Sample};
@@ -206,7 +207,8 @@ fn what_cannot_be_compared_is_refused() {
 fn courses(known: &Known, checks: u64, seed: u64, cell: impl Fn(u64) -> Cell) -> Charts {
     let measured: Vec<Dataset> = (0..checks).map(|k| cell(k).measured(&known.sentinels, seed * 1000 + k)).collect();
     let named: Vec<(&str, &Dataset)> = measured.iter().map(|d| ("now", d)).collect();
-    Charts::of(&known.calibration, ("then", &known.campaign), &named).unwrap()
+    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    Charts::of(&reference, &named).unwrap()
 }
 
 #[test]

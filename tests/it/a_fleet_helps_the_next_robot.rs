@@ -111,12 +111,16 @@ fn fleet(of: &Robot, robots: usize, rng: &mut ChaCha8Rng) -> Fleet {
 }
 
 fn fleet_of(of: &Robot, robots: usize, gear: f64, rng: &mut ChaCha8Rng) -> Fleet {
-    let calibrations: Vec<Calibration> = (0..robots)
-        .map(|_| {
-            let arm = deviating(of, APART, rng);
-            identify(&[("d", &measured_with_gears(&arm, 80, gear, rng))], &model()).expect("a calibration")
-        })
-        .collect();
+    fleet_from(robots, || {
+        let arm = deviating(of, APART, rng);
+        measured_with_gears(&arm, 80, gear, rng)
+    })
+}
+
+/// The fleet of so many robots, each with a campaign of its own.
+fn fleet_from(robots: usize, mut campaign: impl FnMut() -> Dataset) -> Fleet {
+    let calibrations: Vec<Calibration> =
+        (0..robots).map(|_| identify(&[("d", &campaign())], &model()).expect("a calibration")).collect();
     let names: Vec<String> = (0..robots).map(|k| format!("robot {k}")).collect();
     Fleet::of(&names.iter().map(String::as_str).zip(&calibrations).collect::<Vec<_>>()).expect("a fleet")
 }
@@ -139,32 +143,42 @@ fn measured_with_gears(arm: &Robot, points: usize, gear: f64, rng: &mut ChaCha8R
     data
 }
 
-/// The study of the page: `cargo test --release --test it -- --ignored --nocapture fleets_in_numbers`.
+/// A number of the environment, as `TRIALS` and `SEED` of a study.
+fn asked(name: &str, without: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(without)
+}
+
+/// The errors of robots alone and with the fleet, in a line; `draw` makes the fleet of a trial, and the data of its next robot.
+fn beside_none(trials: u64, seed: u64, draw: impl Fn(&mut ChaCha8Rng) -> (Fleet, Dataset)) -> String {
+    let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
+    for trial in 0..trials {
+        let (fleet, data) = draw(&mut ChaCha8Rng::seed_from_u64(seed + trial));
+        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+        refused += usize::from(judged.used != PriorUsed::Fleet);
+        let (with, without) = (error(&with, &data), error(&identify(&[("d", &data)], &model()).expect("alone"), &data));
+        sums = [sums[0] + without / MM, sums[1] + with / MM];
+        worse += usize::from(with > 1.05 * without);
+    }
+    let [without, with] = sums.map(|sum| sum / trials as f64);
+    format!("{without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}")
+}
+
+/// The study of the page: `cargo test --release --test it -- --ignored --nocapture fleets_`.
 #[test]
 #[ignore = "a study of minutes; the page docs/fleets.md has its results"]
 fn fleets_in_numbers() {
-    let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(40u64);
-    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(40_000u64);
+    let (trials, seed) = (asked("TRIALS", 40), asked("SEED", 40_000));
     for (gear, robots) in [(0.0, 20), (0.0, 5), (50.0 * URAD, 20)] {
         for apart in [0.0, 0.3, 1.0] {
             for points in [10, 20, 40, 80] {
-                let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
-                for trial in 0..trials {
-                    let mut rng = ChaCha8Rng::seed_from_u64(seed + trial);
-                    let typical = kind(&mut rng);
-                    let fleet = fleet_of(&typical, robots, gear, &mut rng);
-                    let arm = deviating(&deviating(&typical, apart, &mut rng), APART, &mut rng);
-                    let data = measured_with_gears(&arm, points, gear, &mut rng);
-                    let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
-                    refused += usize::from(judged.used != PriorUsed::Fleet);
-                    let (with, without) =
-                        (error(&with, &data), error(&identify(&[("d", &data)], &model()).expect("alone"), &data));
-                    sums = [sums[0] + without / MM, sums[1] + with / MM];
-                    worse += usize::from(with > 1.05 * without);
-                }
-                let [without, with] = sums.map(|sum| sum / trials as f64);
+                let said = beside_none(trials, seed, |rng| {
+                    let typical = kind(rng);
+                    let fleet = fleet_of(&typical, robots, gear, rng);
+                    let arm = deviating(&deviating(&typical, apart, rng), APART, rng);
+                    (fleet, measured_with_gears(&arm, points, gear, rng))
+                });
                 println!(
-                    "gears {:.0} urad, fleet of {robots}, {apart} sizes from its type, {points} points: {without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}",
+                    "gears {:.0} urad, fleet of {robots}, {apart} sizes from its type, {points} points: {said}",
                     gear / URAD
                 );
             }
@@ -176,34 +190,18 @@ fn fleets_in_numbers() {
 #[test]
 #[ignore = "a study of a minute; the page docs/fleets.md has its results"]
 fn fleets_of_small_arms_in_numbers() {
-    let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(40u64);
-    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(90_000u64);
     for points in [10, 20, 40, 80] {
-        let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
-        for trial in 0..trials {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed + trial);
+        let said = beside_none(asked("TRIALS", 40), asked("SEED", 90_000), |rng| {
             let nominal = small_arm();
-            let typical = deviating(&nominal, 0.3, &mut rng);
-            let calibrations: Vec<Calibration> = (0..20)
-                .map(|_| {
-                    let arm = deviating(&typical, 0.1, &mut rng);
-                    identify(&[("d", &measured_as(&nominal, &arm, 80, &mut rng))], &model()).expect("a calibration")
-                })
-                .collect();
-            let names: Vec<String> = (0..20).map(|k| format!("robot {k}")).collect();
-            let fleet = Fleet::of(&names.iter().map(String::as_str).zip(&calibrations).collect::<Vec<_>>()).expect("a fleet");
-            let arm = deviating(&typical, 0.1, &mut rng);
-            let data = measured_as(&nominal, &arm, points, &mut rng);
-            let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
-            refused += usize::from(judged.used != PriorUsed::Fleet);
-            let (with, without) = (error(&with, &data), error(&identify(&[("d", &data)], &model()).expect("alone"), &data));
-            sums = [sums[0] + without / MM, sums[1] + with / MM];
-            worse += usize::from(with > 1.05 * without);
-        }
-        let [without, with] = sums.map(|sum| sum / trials as f64);
-        println!(
-            "small arms, {points} points: {without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}"
-        );
+            let typical = deviating(&nominal, 0.3, rng);
+            let campaign = |points: usize, rng: &mut ChaCha8Rng| {
+                let arm = deviating(&typical, 0.1, rng);
+                measured_as(&nominal, &arm, points, rng)
+            };
+            let fleet = fleet_from(20, || campaign(80, rng));
+            (fleet, campaign(points, rng))
+        });
+        println!("small arms, {points} points: {said}");
     }
 }
 

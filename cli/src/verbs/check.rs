@@ -91,14 +91,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
     }
     if let Some(folder) = &arguments.dataset {
-        return judge(arguments, &reference, (&calibration, then), folder);
+        return judge(arguments, &reference, &calibration.robot.name, folder);
     }
     let Some(cell) = &arguments.real.cell else { return plan(arguments, &calibration, then) };
     let (Some(plan), Some(folder)) = (&arguments.plan, &arguments.output) else {
         return Err("say where to write the dataset: -o DATASET".into());
     };
-    match probe(arguments, &reference, then, (cell, plan), folder)? {
-        Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &reference, (&calibration, then), folder),
+    match probe(arguments, &reference, (cell, plan), folder)? {
+        Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &reference, &calibration.robot.name, folder),
         outcome => Ok(outcome),
     }
 }
@@ -141,10 +141,10 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)
 fn probe(
     arguments: &Arguments,
     reference: &CheckReference<'_>,
-    then: (&str, &Dataset),
     (cell, plan): (&PathBuf, &PathBuf),
     folder: &Path,
 ) -> Result<Outcome, Failure> {
+    let then = reference.campaign();
     let is_real = is_cell(cell);
     let nominal = if is_real {
         read_cell(cell)?.dataset
@@ -186,23 +186,18 @@ fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
 }
 
 /// Judges measured poses, and adds them to the history.
-fn judge(
-    arguments: &Arguments,
-    reference: &CheckReference<'_>,
-    (calibration, then): (&Calibration, (&str, &Dataset)),
-    folder: &PathBuf,
-) -> Result<Outcome, Failure> {
+fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, folder: &PathBuf) -> Result<Outcome, Failure> {
     let (_, now) = read(folder)?;
     // Both are of the calibration's set-up, whatever their folders are called.
-    let check = reference.check((then.0, &now)).map_err(|e| located(folder, &e))?;
+    let check = reference.check((reference.campaign().0, &now)).map_err(|e| located(folder, &e))?;
     let mut charts = None;
     if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
         let mut history = History::read(path, &arguments.calibration, &arguments.then)?;
         history.add(path, on, folder, &check)?;
-        let drawn = history.charts(path, calibration, then, &now)?.map_err(|e| located(folder, &e))?;
+        let drawn = history.charts(path, reference, &now)?.map_err(|e| located(folder, &e))?;
         let days: Vec<String> = history.check.iter().map(|entry| entry.on.clone()).collect();
         if let Some(page) = &arguments.page {
-            write_whole(page, charts_page(&calibration.robot.name, &days, &history.verdicts(), &drawn).as_bytes())?;
+            write_whole(page, charts_page(robot, &days, &history.verdicts(), &drawn).as_bytes())?;
         }
         history.write(path)?;
         charts = Some((days, drawn));

@@ -12,7 +12,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::conditions::Elementary;
 use super::{CheckError, CheckReference};
-use crate::identify::Calibration;
 use crate::measure::{Dataset, Sample};
 
 /// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci).
@@ -63,14 +62,15 @@ impl Chart {
 }
 
 impl Charts {
-    /// The charts of `checks`, in the order in which they were measured, after the campaign `then` that was calibrated.
+    /// The charts of `checks`, in the order in which they were measured, after the campaign of the reference.
+    ///
+    /// The noise is that of the campaign alone: the checks' own scatter is what the charts look for.
     ///
     /// # Errors
     /// As [`CheckReference::check`].
-    pub fn of(calibration: &Calibration, then: (&str, &Dataset), checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
+    pub fn of(reference: &CheckReference<'_>, checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
+        let then = reference.then;
         let mut before = then.1.clone();
-        // Of the campaign alone: the checks' own scatter is what the charts look for.
-        let reference = CheckReference::new(calibration, then)?;
         let mut courses: Vec<Chart> = Vec::new();
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {

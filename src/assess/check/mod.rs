@@ -197,6 +197,11 @@ impl<'a> CheckReference<'a> {
         Ok(reference)
     }
 
+    /// The campaign, with its name.
+    pub fn campaign(&self) -> (&'a str, &'a Dataset) {
+        self.then
+    }
+
     /// True if this is the very campaign that was calibrated, to the last byte of its files.
     pub fn is_as_calibrated(&self) -> bool {
         // A dataset that was never written has no hash.

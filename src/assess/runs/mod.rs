@@ -33,7 +33,7 @@ use self::left_out::{changes_shown_by, with_curves};
 use self::look::Look;
 use self::tables::Tables;
 use crate::identify::{Calibration, Estimate, IdentifyError, Model, RunChange, Use, identify};
-use crate::measure::{Dataset, Measured};
+use crate::measure::Dataset;
 
 /// Probability that runs of a robot in which nothing changed are reported to differ.
 pub const RUNS_FALSE_ALARM: f64 = 0.01;
@@ -320,16 +320,7 @@ fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
     if !question.drifts.is_empty() && runs.iter().any(|run| run.day.is_none()) {
         return Err(RunsError::NoDates);
     }
-    let key = |sample: &crate::measure::Sample| {
-        let seen: Vec<f64> = match &sample.measured {
-            Measured::Ball { ball, reading } => {
-                std::iter::once(*ball as f64).chain(reading.iter().flat_map(|r| r.iter().copied())).collect()
-            }
-            Measured::Point(point) => point.iter().copied().collect(),
-            Measured::Distance { anchor, distance } => vec![*anchor as f64, *distance],
-        };
-        sample.q.iter().chain(&seen).map(|x| x.to_bits()).collect::<Vec<u64>>()
-    };
+    let key = |sample: &crate::measure::Sample| sample.numbers().map(f64::to_bits).collect::<Vec<u64>>();
     let rows: Vec<std::collections::HashSet<Vec<u64>>> =
         runs.iter().map(|run| run.dataset.samples.iter().map(key).collect()).collect();
     for (k, run) in runs.iter().enumerate() {

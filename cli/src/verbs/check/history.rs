@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Charts, CheckError, RobotCheck};
+use calibench::assess::{Charts, CheckError, CheckReference, RobotCheck};
 use calibench::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use calibench::identify::Calibration;
 use calibench::measure::{Dataset, read_dataset};
 use serde::{Deserialize, Serialize};
 
@@ -150,16 +149,16 @@ impl History {
     pub fn charts(
         &self,
         path: &Path,
-        calibration: &Calibration,
-        then: (&str, &Dataset),
+        reference: &CheckReference<'_>,
         now: &Dataset,
     ) -> Result<Result<Charts, CheckError>, FileError> {
         let beside = path.parent().unwrap_or(Path::new(""));
         let earlier = &self.check[..self.check.len().saturating_sub(1)];
         let read: Vec<Dataset> =
             earlier.iter().map(|entry| read_dataset(&beside.join(&entry.dataset))).collect::<Result<_, _>>()?;
-        let checks: Vec<(&str, &Dataset)> = read.iter().chain([now]).map(|dataset| (then.0, dataset)).collect();
-        Ok(Charts::of(calibration, then, &checks))
+        let (name, _) = reference.campaign();
+        let checks: Vec<(&str, &Dataset)> = read.iter().chain([now]).map(|dataset| (name, dataset)).collect();
+        Ok(Charts::of(reference, &checks))
     }
 }
 
