@@ -32,9 +32,12 @@ fn with_sigma(value: f64, sigma: f64) -> String {
 }
 
 fn amount(e: &Estimate) -> String {
+    format!("{} {}", e.name.split([' ', '@']).next().unwrap_or(&e.name), size(e))
+}
+
+fn size(e: &Estimate) -> String {
     let unit = e.unit.si;
-    let plain = e.name.split([' ', '@']).next().unwrap_or(&e.name);
-    format!("{plain} {} {}", with_sigma((e.value - e.nominal) / unit, e.sigma / unit), e.unit.symbol)
+    format!("{} {}", with_sigma((e.value - e.nominal) / unit, e.sigma / unit), e.unit.symbol)
 }
 
 /// A difference between runs in a sentence.
@@ -49,7 +52,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
             return format!(
                 "The payload of {} differs from what was entered by {} ({test}), if that of the other runs is right. That is no part of the robot: weigh it, and enter its mass.",
                 runs[run],
-                amounts.replace("payload_mass.m ", "")
+                difference.parameters.iter().map(size).collect::<Vec<_>>().join(", ")
             );
         }
         let what = match difference.effect.as_str() {

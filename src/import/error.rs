@@ -54,11 +54,13 @@ pub enum ImportError {
         /// Folder of the other.
         other: PathBuf,
     },
-    /// A tool is stated, and the dataset of the set-up has another.
-    #[error("{}: has another tool than is stated for these rows; leave the tool out, or import without its set-up", path.display())]
-    TwoTools {
+    /// A base or tool is stated, and the dataset of the set-up has another.
+    #[error("{}: has another {what} than is stated for these rows; leave the {what} out, or import without --set-up-of", path.display())]
+    StatedOtherwise {
         /// Folder of the dataset whose set-up was wanted.
         path: PathBuf,
+        /// `base` or `tool`.
+        what: &'static str,
     },
     /// The set-up is that of another robot.
     #[error("{}: is of the robot {other}, the rows are of {robot}; name a dataset of the same robot", path.display())]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
-use super::initial_setup::fit_base_and_tool;
+use super::initial_setup::{check_base, fit_base_and_tool};
 use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
@@ -16,6 +16,9 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
     let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (map, dataset) = ColumnMap::parse(path, &text, folder)?;
+    if map.has_base && let Some(folder) = &options.set_up_of {
+        check_base(&dataset, folder)?;
+    }
     by_map(&map, dataset, files, &options.sets)
 }
 

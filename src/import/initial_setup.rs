@@ -72,13 +72,21 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     place_targets(dataset, &known);
 }
 
+/// Checks that the base stated for a dataset is that of another that was measured on the same set-up.
+pub(super) fn check_base(dataset: &Dataset, folder: &Path) -> Result<(), ImportError> {
+    match read_dataset(folder)?.base == dataset.base {
+        true => Ok(()),
+        false => Err(ImportError::StatedOtherwise { path: folder.to_owned(), what: "base" }),
+    }
+}
+
 /// Gives a dataset the base, tool and targets of another that was measured on the same set-up.
 ///
 /// What was found from the rows of each would differ by what these rows happen to show.
 pub(super) fn take_set_up(dataset: &mut Dataset, folder: &Path) -> Result<(), ImportError> {
     let of = read_dataset(folder)?;
     if !dataset.tool_free && dataset.tool != FramePose::default() && dataset.tool != of.tool {
-        return Err(ImportError::TwoTools { path: folder.to_owned() });
+        return Err(ImportError::StatedOtherwise { path: folder.to_owned(), what: "tool" });
     }
     if !of.robot.is_same_arm(&dataset.robot) {
         return Err(ImportError::SetUpOfAnother {

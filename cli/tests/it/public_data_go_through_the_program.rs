@@ -81,6 +81,12 @@ fn rows_measured_again_take_the_set_up_of_the_campaign() {
     assert!(code == Some(2) && err.contains("import --set-up-of"), "{err}");
     done(&[&"import", &"generic", &table, &"--map", &map, &"--set-up-of", &then, &"-o", &same]);
     assert_eq!(json(&[&"check", &calibration, &same, &"--then", &then, &"--json"])["verdict"], "valid");
+    // A base that is stated is not silently replaced.
+    let placed = folder.join("placed.toml");
+    let base = "\n[dataset.base]\nx_mm = 0\ny_mm = 0\nz_mm = 10\n";
+    std::fs::write(&placed, std::fs::read_to_string(&map).unwrap() + base).unwrap();
+    let (code, _, err) = calibench(&[&"import", &"generic", &table, &"--map", &placed, &"--set-up-of", &then, &"-o", &same]);
+    assert!(code == Some(2) && err.contains("another base than is stated"), "{err}");
     // The set-up of another robot is none.
     let (ur10, other) = (data("ur10-ipa").join("Series_D").join("measurements_iso_cubes.csv"), folder.join("ur10"));
     done(&[&"import", &"ur10-ipa", &ur10, &"-o", &other]);

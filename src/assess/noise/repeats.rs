@@ -9,7 +9,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Cholesky, Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::assess::residual_views::SeenSample;
@@ -127,12 +128,15 @@ struct Group {
 }
 
 impl Group {
-    /// Covariance of one event, with at least this white noise.
-    fn covariance(&self, components: &[f64], least: f64) -> DMatrix<f64> {
-        let n = self.scatter.nrows();
-        let mut v = DMatrix::identity(n, n) * components[0].max(least);
+    /// Covariance of one event, with at least this white noise; `n` is the number of its components.
+    fn covariance<D: Dim>(&self, n: D, components: &[f64], least: f64) -> OMatrix<f64, D, D>
+    where
+        DefaultAllocator: Allocator<D, D>,
+    {
+        let mut v = OMatrix::identity_generic(n, n) * components[0].max(least);
         for (pattern, c) in self.patterns.iter().zip(&components[1..]).filter(|(_, c)| **c > 0.0) {
-            v.ger(*c, pattern, pattern, 1.0);
+            let pattern = pattern.generic_view((0, 0), (n, Const::<1>));
+            v.ger(*c, &pattern, &pattern, 1.0);
         }
         v
     }
@@ -142,7 +146,7 @@ impl Group {
 fn tails(groups: &[Group], components: &[f64], least: f64) -> Option<f64> {
     let mut chances = Vec::new();
     for g in groups {
-        let factor = Cholesky::new(g.covariance(components, least))?;
+        let factor = Cholesky::new(g.covariance(Dyn(g.scatter.nrows()), components, least))?;
         let share = (g.events - 1) as f64 / g.events as f64;
         let law = ChiSquared::new(g.scatter.nrows() as f64).ok()?;
         for off in &g.deviations {
@@ -234,6 +238,37 @@ pub(in crate::assess) fn patterns(seen: &SeenSample<'_>) -> Vec<Vector3<f64>> {
     base.chain(tool).chain(seen.joint_columns.iter().copied()).collect()
 }
 
+/// The logarithm of the likelihood, and the two sums of which the update of each component is the root of the ratio.
+struct Sums {
+    ln: f64,
+    above: Vec<f64>,
+    below: Vec<f64>,
+}
+
+impl Sums {
+    /// Adds a group, the events of which have `n` components; `None` if its covariance is not positive definite.
+    fn add<D: Dim>(&mut self, g: &Group, n: D, components: &[f64], least: f64) -> Option<()>
+    where
+        DefaultAllocator: Allocator<D, D> + Allocator<D>,
+    {
+        let times = (g.events - 1) as f64;
+        let scatter = g.scatter.generic_view((0, 0), (n, n));
+        let factor = Cholesky::new(g.covariance(n, components, least))?;
+        let inverse = factor.inverse();
+        let weighted = &inverse * scatter * &inverse;
+        let ln_det: f64 = (0..n.value()).map(|k| 2.0 * factor.l_dirty()[(k, k)].ln()).sum();
+        self.ln -= 0.5 * (times * ln_det + inverse.component_mul(&scatter).sum());
+        self.above[0] += weighted.trace();
+        self.below[0] += times * inverse.trace();
+        for (p, pattern) in g.patterns.iter().enumerate().filter(|(p, _)| components[p + 1] > 0.0) {
+            let pattern = pattern.generic_view((0, 0), (n, Const::<1>));
+            self.above[p + 1] += (&weighted * pattern).dot(&pattern);
+            self.below[p + 1] += times * (&inverse * pattern).dot(&pattern);
+        }
+        Some(())
+    }
+}
+
 /// Finds the components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm.
 /// Components that `with` does not select are zero.
 fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f64)> {
@@ -247,23 +282,16 @@ fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f6
     let floor = FLOOR * white;
     let mut ln = f64::NEG_INFINITY;
     for _ in 0..ROUNDS {
-        let mut above = vec![0.0; components.len()];
-        let mut below = vec![0.0; components.len()];
-        ln = 0.0;
+        let mut sums = Sums { ln: 0.0, above: vec![0.0; components.len()], below: vec![0.0; components.len()] };
         for g in groups {
-            let times = (g.events - 1) as f64;
-            let factor = Cholesky::new(g.covariance(components.as_slice(), floor))?;
-            let inverse = factor.inverse();
-            let weighted = &inverse * &g.scatter * &inverse;
-            let ln_det: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
-            ln -= 0.5 * (times * ln_det + inverse.component_mul(&g.scatter).sum());
-            above[0] += weighted.trace();
-            below[0] += times * inverse.trace();
-            for (p, pattern) in g.patterns.iter().enumerate().filter(|(p, _)| components[p + 1] > 0.0) {
-                above[p + 1] += (&weighted * pattern).dot(pattern);
-                below[p + 1] += times * (&inverse * pattern).dot(pattern);
+            // Most events are of one target.
+            match g.scatter.nrows() {
+                3 => sums.add(g, Const::<3>, &components, floor)?,
+                n => sums.add(g, Dyn(n), &components, floor)?,
             }
         }
+        let Sums { above, below, .. } = &sums;
+        ln = sums.ln;
         let mut change = 0.0_f64;
         for k in 0..components.len() {
             if components[k] > 0.0 && below[k] > 0.0 {

@@ -161,12 +161,12 @@ impl Tables<'_> {
         let moved: Vec<&Difference> = self.differences.iter().filter(|d| self.is_of(d, &first.name)).collect();
         let names: Vec<&str> = self.named.iter().map(|(name, _)| *name).collect();
         let weight = |d: &Difference, run: usize| unit.change(&d.pattern, &names, months).weight(names[run]);
-        let size = |d: &Difference| d.parameters.first().map_or([0.0; 2], |e| [e.value, e.sigma]);
-        let by = |run: usize| -> f64 { moved.iter().map(|d| weight(d, run) * size(d)[0]).sum() };
+        let size = |d: &Difference| d.parameters.first().map_or(0.0, |e| e.value);
+        let by = |run: usize| -> f64 { moved.iter().map(|d| weight(d, run) * size(d)).sum() };
         let since_first = |(run, free): (usize, Option<[f64; 2]>)| {
-            let sigma = moved.iter().fold(0.0, |sum: f64, d| sum.hypot((weight(d, run) - weight(d, 0)) * size(d)[1]));
+            let weights: Vec<f64> = moved.iter().map(|d| weight(d, run) - weight(d, 0)).collect();
             // Where it has not moved yet, or no longer, it is judged as every other.
-            if sigma > 0.0 { Some([by(run) - by(0), sigma]) } else { free }
+            if weights.iter().any(|w| *w != 0.0) { Some([by(run) - by(0), self.sigma_of(&moved, &weights)]) } else { free }
         };
         let changes: Vec<_> = changes.into_iter().enumerate().map(since_first).collect();
         let base = first.value;
@@ -177,6 +177,22 @@ impl Tables<'_> {
         };
         let drift = if *dated && runs > 2 { Drift::of(reduced, self.look.variance(), column, months) } else { None };
         ParameterInRuns { last: base + by(runs - 1), first: Estimate { value: base + by(0), ..first }, changes, status, drift }
+    }
+
+    /// Standard uncertainty of a sum of differences of one parameter, which were fitted together.
+    fn sigma_of(&self, differences: &[&Difference], weights: &[f64]) -> f64 {
+        let Examination { problem, fit, .. } = &self.look.examination;
+        let column = |d: &&Difference| {
+            let name = &d.parameters.first()?.name;
+            fit.kept.iter().position(|&p| problem.parameters()[p].name == *name)
+        };
+        let columns: Vec<Option<usize>> = differences.iter().map(column).collect();
+        let covariance = DMatrix::from_fn(columns.len(), columns.len(), |r, c| match (columns[r], columns[c]) {
+            (Some(r), Some(c)) => self.look.variance() * self.look.reduced.covariance[(r, c)],
+            _ => 0.0,
+        });
+        let weights = nalgebra::DVector::from_column_slice(weights);
+        (covariance * &weights).dot(&weights).max(0.0).sqrt()
     }
 
     fn is_of(&self, difference: &Difference, parameter: &str) -> bool {
