@@ -40,6 +40,8 @@ pub use output::{check_output_file, check_output_folder};
 pub use place::{OpenFile, is_file, is_folder, is_there, open_file, read_bytes};
 pub(crate) use rows::{Record, Rows};
 pub use streams::{STANDARD_INPUT, STANDARD_OUTPUT, is_standard_input, is_standard_output};
+#[cfg(not(target_family = "wasm"))]
+pub use target::full_path;
 pub use text::read_text;
 pub use toml_document::{field_error, parse_toml};
 #[cfg(not(target_family = "wasm"))]

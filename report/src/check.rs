@@ -1,7 +1,7 @@
 //! A check of a calibrated robot in words and tables.
 
-use calibench::assess::{Condition, FALSE_ALARM, NoiseOf, Power, RobotCheck};
-use calibench::units::{MM, UM};
+use calibench::assess::{Condition, FALSE_ALARM, NOISE_ALIKE, NoiseOf, Power, Quantity, RobotCheck, SHOWN, Shown};
+use calibench::units::{DEG, MM, UM};
 
 use super::tables::plain_rows;
 
@@ -43,9 +43,108 @@ pub fn what_to_do(condition: &Condition) -> &'static str {
     }
 }
 
-/// The check as text: the verdict, what to do, and the samples.
+/// The unit in which changes are printed, with its name in files and on screens.
+pub(crate) fn quantity_unit(quantity: Quantity) -> (f64, &'static str, &'static str) {
+    match quantity {
+        Quantity::Length => (UM, "um", "\u{b5}m"),
+        Quantity::Angle => (DEG, "deg", "deg"),
+        Quantity::Mass => (1.0, "kg", "kg"),
+        Quantity::Share => (1e-6, "ppm", "ppm"),
+    }
+}
+
+/// A remark on a noise that is stated as another one than that of the campaign.
+pub(crate) fn noise_remark(check: &RobotCheck) -> Option<String> {
+    let ratio = check.noise_ratio;
+    let stated = if ratio >= NOISE_ALIKE {
+        format!("{ratio:.0} times that of the campaign, and the check is blind below the smallest changes that it shows")
+    } else if ratio <= 1.0 / NOISE_ALIKE {
+        format!("1/{:.0} of that of the campaign", 1.0 / ratio)
+    } else {
+        return None;
+    };
+    Some(format!(
+        "The noise of these samples is stated as {stated}; if the instrument is the same, correct [noise] in dataset.toml, or sigma_um of the rows."
+    ))
+}
+
+/// Conditions of one kind, of which the least clear one is named.
+fn shown_kind(shown: &Shown) -> Option<&'static str> {
+    Some(match (&shown.condition, shown.quantity) {
+        (Condition::JointSlipped(_), Quantity::Angle) => "a joint off by",
+        (Condition::JointSlipped(_), _) => "a sliding joint off by",
+        (Condition::ToolMoved, _) => "a tool off by",
+        (Condition::BaseMoved, _) => "a base or artifact off by",
+        (Condition::BallMoved(_), _) => "a ball off by",
+        (Condition::TargetMoved(_), _) => "a target off by",
+        (Condition::Warm, _) => "an arm longer by",
+        (Condition::OtherPayload, _) => "a payload off by",
+        _ => return None,
+    })
+}
+
+/// The smallest changes that the samples of a check show, as sentences.
+fn shown_words(shown: &[Shown]) -> String {
+    let mut kinds: Vec<&'static str> = Vec::new();
+    for kind in shown.iter().filter_map(shown_kind) {
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    let of_kind = |kind: &&'static str| {
+        let own = shown.iter().filter(|s| shown_kind(s) == Some(*kind));
+        let sized = own.filter_map(|s| Some((s, s.smallest.as_ref()?.change)));
+        let (least, change) = sized.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (unit, _, printed) = quantity_unit(least.quantity);
+        let which = match &least.condition {
+            Condition::JointSlipped(joint) => format!(" (joint {joint}, the least clear)"),
+            Condition::BallMoved(ball) => format!(" ({ball}, the least clear)"),
+            Condition::TargetMoved(target) => format!(" ({}, the least clear)", target.as_deref().unwrap_or("the TCP")),
+            _ => String::new(),
+        };
+        let change = change / unit;
+        let figure = match least.quantity {
+            Quantity::Angle => format!("{change:.4}"),
+            Quantity::Mass => format!("{change:.1}"),
+            _ => format!("{change:.0}"),
+        };
+        Some(format!("{kind} {figure} {printed}{which}"))
+    };
+    let sizes: Vec<String> = kinds.iter().filter_map(of_kind).collect();
+    let unseen = shown.iter().filter(|s| s.smallest.is_none());
+    let not_at_all: Vec<String> = unseen.map(|s| condition_words(&s.condition)).collect();
+    let mut out = String::new();
+    if !sizes.is_empty() {
+        out.push_str(&format!(
+            "These samples would have shown, with {:.0} % probability: {}, each in the direction in which it shows least.\n",
+            100.0 * SHOWN,
+            sizes.join(", ")
+        ));
+    }
+    if !not_at_all.is_empty() {
+        out.push_str(&format!("They would not have shown, in every direction, that {}.\n", not_at_all.join("; that ")));
+    }
+    out
+}
+
+/// What the change that is named, or the closest single one, leaves of the differences, as a sentence.
+fn closest_words(check: &RobotCheck, named: &Condition) -> String {
+    let Some(closest) = &check.closest else { return String::new() };
+    let left = format!("{:.1} \u{b5}m rms per axis, where the noise is {:.1} \u{b5}m", closest.left / UM, closest.noise / UM);
+    if closest.condition == *named {
+        return format!("It leaves {left}.\n");
+    }
+    let words = condition_words(&closest.condition);
+    if closest.explains {
+        format!("Of single changes the closest is that {words}: it leaves {left}.\n")
+    } else {
+        format!("Of single changes the closest is that {words}, and that is not all: it leaves {left}.\n")
+    }
+}
+
+/// The check as text: the verdict, what to do, and the samples; `shown` are the smallest changes that they show.
 #[must_use]
-pub fn check_text(check: &RobotCheck) -> String {
+pub fn check_text(check: &RobotCheck, shown: &[Shown]) -> String {
     let used = check.looks.len();
     let mut out = String::new();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
@@ -64,6 +163,7 @@ pub fn check_text(check: &RobotCheck) -> String {
                     condition_words(&first.condition)
                 ));
             }
+            out.push_str(&shown_words(shown));
         }
         Some(first) => {
             let words = condition_words(&first.condition);
@@ -74,6 +174,7 @@ pub fn check_text(check: &RobotCheck) -> String {
             };
             out.push_str(&format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
             out.push_str(&format!("Do: {}.\n", what_to_do(&first.condition)));
+            out.push_str(&closest_words(check, &first.condition));
             if !check.aliased.is_empty() {
                 let others: Vec<String> = check.aliased.iter().map(condition_words).collect();
                 out.push_str(&format!("These poses cannot distinguish it from: {}.\n", others.join("; ")));
@@ -88,6 +189,10 @@ pub fn check_text(check: &RobotCheck) -> String {
                 out.push_str(&format!("Otherwise: {}.\n", rest.join("; ")));
             }
         }
+    }
+    if let Some(remark) = noise_remark(check) {
+        out.push_str(&remark);
+        out.push('\n');
     }
     out.push_str(&noise_words(&check.noise));
     let header = ["sample", "then", "change mm", "noise \u{b5}m", "evidence"].map(String::from);

@@ -4,6 +4,9 @@
 //!
 //! The prediction is that of every other verb ([`WorkspaceError`]): noise, and what the model may lack, drawn from what the
 //! samples say of both. Its 90 % quantile is compared with what is wanted.
+//!
+//! From few samples, what the model lacks is hardly told from what it has, and the prediction may double or halve from one look to the
+//! next. A campaign that ended at the first good one would end at a lucky one: the last [`LOOKS`] must all be good.
 
 use super::examination::Examination;
 use super::next::{Criterion, Designer, Pool, first_choice};
@@ -17,6 +20,9 @@ const BATCH: usize = 4;
 
 /// Samples before the first prediction, beyond those that the unknowns need at least.
 const SPARE: usize = 5;
+
+/// Number of successive predictions that must be as good as wanted.
+pub const LOOKS: usize = 4;
 
 /// What a campaign has reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +63,10 @@ impl Adaptive {
         &self.reached
     }
 
-    /// True if the error is as small as wanted.
+    /// True if the error is as small as wanted, by all of the last [`LOOKS`] predictions.
     pub fn is_enough(&self) -> bool {
-        self.reached.last().is_some_and(|reached| reached.mean.high <= self.wanted)
+        let last = self.reached.len().checked_sub(LOOKS).map(|first| &self.reached[first..]);
+        last.is_some_and(|last| last.iter().all(|reached| reached.mean.high <= self.wanted))
     }
 
     /// The pose to measure next, by its place among the waiting ones; `None` if the samples are enough.
@@ -90,16 +97,20 @@ impl Adaptive {
         Ok(next.or(Some(0)))
     }
 
-    /// Predicts the error from all that was measured: a campaign asks for no pose after its last one, and one that was finished
+    /// Predicts the error from all that was measured, and from a little less: a campaign asks for no pose after its last one, and one that was finished
     /// before asks for none at all.
     ///
     /// # Errors
     /// When the samples do not fit the model.
     pub fn judge(&mut self, measured: &[Sample]) -> Result<(), IdentifyError> {
-        if self.reached.last().is_some_and(|reached| reached.samples == measured.len()) {
+        if self.is_enough() && self.reached.last().is_some_and(|reached| reached.samples == measured.len()) {
             return Ok(());
         }
-        self.think(&[], measured)
+        self.reached.clear();
+        for look in (0..LOOKS).rev() {
+            self.think(&[], &measured[..measured.len().saturating_sub(look * BATCH)])?;
+        }
+        Ok(())
     }
 
     /// Chooses the poses that determine the model best, before anything is measured.

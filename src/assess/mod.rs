@@ -49,11 +49,12 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
-pub use adaptive::{Adaptive, Reached};
+pub use adaptive::{Adaptive, LOOKS, Reached};
 pub use advice::{Advice, ToDo};
 pub use check::{
-    Chart, ChartPoint, Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, Judged, Looked, NoiseOf, Power,
-    PowerAt, RUN_LENGTH, RobotCheck, choose_sentinels, power_of_check,
+    Chart, ChartPoint, Charts, CheckError, CheckReference, Closest, Condition, Elementary, FALSE_ALARM, Judged, Looked,
+    NOISE_ALIKE, NoiseOf, Power, PowerAt, Quantity, RUN_LENGTH, RobotCheck, SHOWN, Shown, Smallest, choose_sentinels,
+    power_of_check, rows_again,
 };
 pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;
@@ -93,7 +94,7 @@ pub use residual_views::{
 };
 pub use runs::{
     DAYS_A_MONTH, Difference, Drift, EffectInRuns, EffectStatus, LeftOut, ParameterInRuns, ParameterStatus, Pattern,
-    RUNS_FALSE_ALARM, Run, RunOfRobot, RunsComparison, RunsError, RunsQuestion, RunsTest, RunsVerdict,
+    RUNS_FALSE_ALARM, Run, RunOfRobot, RunsComparison, RunsError, RunsQuestion, RunsTest, RunsVerdict, set_suspects_aside,
 };
 pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;

@@ -16,7 +16,9 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
     let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (map, dataset) = ColumnMap::parse(path, &text, folder)?;
-    if map.has_base && let Some(folder) = &options.set_up_of {
+    if map.has_base
+        && let Some(folder) = &options.set_up_of
+    {
         check_base(&dataset, folder)?;
     }
     by_map(&map, dataset, files, &options.sets)

@@ -80,7 +80,7 @@ pub(super) fn check_base(dataset: &Dataset, folder: &Path) -> Result<(), ImportE
     }
 }
 
-/// Gives a dataset the base, tool and targets of another that was measured on the same set-up.
+/// Gives a dataset the base, gravity, tool and targets of another that was measured on the same set-up.
 ///
 /// What was found from the rows of each would differ by what these rows happen to show.
 pub(super) fn take_set_up(dataset: &mut Dataset, folder: &Path) -> Result<(), ImportError> {
@@ -96,6 +96,8 @@ pub(super) fn take_set_up(dataset: &mut Dataset, folder: &Path) -> Result<(), Im
         });
     }
     dataset.base = of.base;
+    dataset.gravity = of.gravity;
+    dataset.contact_force = of.contact_force;
     dataset.tool = of.tool;
     dataset.tool_free = of.tool_free;
     dataset.tool_sigma = of.tool_sigma;

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use calibench::assess::{
-    Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, choose_sentinels,
-    power_of_check,
+    Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, Shown, Smallest,
+    choose_sentinels, power_of_check, rows_again,
 };
 use calibench::identify::{Calibration, Model, identify};
 use calibench::measure::{Dataset, Measured, Noise, Sample};
@@ -201,6 +201,132 @@ fn what_cannot_be_compared_is_refused() {
     let nothing = Cell::new().measured(&[], 3);
     let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &nothing));
     assert!(matches!(refused, Err(CheckError::Nothing)), "{refused:?}");
+}
+
+#[test]
+fn a_single_change_however_large_is_named_alone() {
+    let known = known();
+    type Change = fn(&mut Cell);
+    let cases: [(Condition, Change); 6] = [
+        (Condition::ToolMoved, |c| c.tool.xyz[2] += 1.0 * MM),
+        (Condition::BaseMoved, |c| c.base.xyz[1] += 1.0 * MM),
+        (Condition::JointSlipped(2), |c| c.arm.links[1].mdh.theta -= 1.0 * DEG),
+        (Condition::JointSlipped(3), |c| c.arm.links[2].mdh.theta += 1.0 * DEG),
+        (Condition::JointSlipped(4), |c| c.arm.links[3].mdh.theta += 1.0 * DEG),
+        (Condition::JointSlipped(5), |c| c.arm.links[4].mdh.theta -= 1.0 * DEG),
+    ];
+    for (condition, change) in cases {
+        let mut cell = Cell::new();
+        change(&mut cell);
+        let check = known.checked(&cell, 80);
+        assert!(names(&check, &condition), "{condition:?}: {:?}", check.conditions);
+        assert!(check.closest.as_ref().is_some_and(|closest| closest.explains), "{condition:?}: {:?}", check.closest);
+    }
+}
+
+#[test]
+fn of_two_changes_at_once_neither_is_named_as_all() {
+    let known = known();
+    type Change = fn(&mut Cell);
+    let cases: [Change; 2] = [
+        |c| {
+            c.arm.links[2].mdh.theta += 0.06 * DEG;
+            c.arm.links[4].mdh.theta -= 0.09 * DEG;
+        },
+        |c| {
+            c.arm.links[1].mdh.theta -= 0.06 * DEG;
+            c.arm.links[3].mdh.theta += 0.09 * DEG;
+        },
+    ];
+    for (k, change) in cases.iter().enumerate() {
+        let mut cell = Cell::new();
+        change(&mut cell);
+        for seed in 0..10 {
+            let check = known.checked(&cell, 500 + seed);
+            let named = check.named().map(|j| j.condition.clone());
+            assert_eq!(named, Some(Condition::Recalibrate), "case {k}: {:?}", check.conditions);
+            let closest = check.closest.unwrap();
+            assert!(!closest.explains && closest.left > 1.3 * closest.noise, "case {k}: {closest:?}");
+        }
+    }
+}
+
+/// The smallest change of a condition that is shown.
+fn smallest(shown: &[Shown], condition: &Condition) -> Option<Smallest> {
+    shown.iter().find(|s| s.condition == *condition).unwrap().smallest.clone()
+}
+
+#[test]
+fn a_check_says_what_it_would_have_shown() {
+    let known = known();
+    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let now = Cell::new().measured(&known.sentinels, 7);
+    let (check, shown) = reference.check_with_power(("now", &now)).unwrap();
+    assert!(!check.changed && check.closest.is_none() && (check.noise_ratio - 1.0).abs() < 0.01, "{check:?}");
+    let joint = Condition::JointSlipped(2);
+    let slip = smallest(&shown, &joint).unwrap();
+    assert!(slip.at.found >= 0.95 && slip.at.size < 5.0, "{slip:?}");
+    // The campaign's noise is the same in all checks: it shifts them all alike.
+    let found = |share: f64| {
+        let mut cell = Cell::new();
+        cell.arm.links[1].mdh.theta += share * slip.change;
+        (0..40).filter(|&k| known.checked(&cell, 400 + k).changed).count()
+    };
+    let [large, small] = [1.5, 0.3].map(found);
+    assert!(large >= 38 && small <= 20, "{large} and {small} of 40 at {} deg", slip.change / DEG);
+    // The same numbers of an instrument a thousand times as coarse say next to nothing, and the check says that.
+    let coarse = Dataset { noise: Noise { point: Some(1000.0 * NOISE), ..Noise::default() }, ..now };
+    let (check, shown) = reference.check_with_power(("now", &coarse)).unwrap();
+    assert!(!check.changed && (check.noise_ratio / 1000.0 - 1.0).abs() < 0.01, "{}", check.noise_ratio);
+    assert!(smallest(&shown, &joint).is_none_or(|s| s.change > 300.0 * slip.change), "{shown:?}");
+}
+
+#[test]
+fn what_says_too_little_or_the_same_twice_is_refused() {
+    let known = known();
+    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let now = Cell::new().measured(&known.sentinels[..2], 3);
+    let refused = reference.check(("now", &now));
+    assert!(matches!(refused, Err(CheckError::TooFewPoses { poses: 2 })), "{refused:?}");
+    // That something has changed is said of two poses as well.
+    let mut cell = Cell::new();
+    cell.tool.xyz[0] += 1.0 * MM;
+    assert!(reference.check(("now", &cell.measured(&known.sentinels[..2], 3))).unwrap().changed);
+
+    let now = Cell::new().measured(&known.sentinels, 3);
+    let mut twice = now.clone();
+    twice.samples.extend(now.samples.iter().map(|s| Sample { id: format!("{} again", s.id), ..s.clone() }));
+    let refused = reference.check(("now", &twice));
+    let Err(CheckError::SameRows { first, second }) = refused else { panic!("{refused:?}") };
+    assert_eq!((first, second), (known.sentinels[0].0.clone(), format!("{} again", known.sentinels[0].0)));
+    assert_eq!(rows_again(&twice, &now), Some(SENTINELS));
+    assert_eq!(rows_again(&Cell::new().measured(&known.sentinels, 4), &now), None);
+}
+
+#[test]
+fn other_loads_are_another_set_up() {
+    let known = known();
+    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let now = Cell::new().measured(&known.sentinels, 3);
+    let upside_down = Dataset { gravity: -now.gravity, ..now.clone() };
+    let refused = reference.check(("now", &upside_down));
+    assert!(matches!(refused, Err(CheckError::OtherLoads { field: "gravity_m_s2", .. })), "{refused:?}");
+    // Standard gravity with more digits is the same.
+    let rounded = Dataset { gravity: now.gravity + Vector3::new(0.0, 0.0, 0.004), ..now };
+    assert!(reference.check(("now", &rounded)).is_ok());
+}
+
+#[test]
+fn another_calibration_has_another_digest() {
+    let known = known();
+    let digests =
+        |calibration: &Calibration, campaign: &Dataset| CheckReference::new(calibration, ("then", campaign)).unwrap().digests();
+    let [calibration, campaign] = digests(&known.calibration, &known.campaign);
+    assert_eq!((calibration.len(), campaign.len()), (16, 16));
+    let mut other = known.calibration.clone();
+    other.estimates[0].value += 1e-9;
+    let [another, same] = digests(&other, &known.campaign);
+    assert!(another != calibration && same == campaign);
 }
 
 /// Checks of a cell one after the other, the cell of each given by its number.

@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use calibench::assess::{EffectStatus, Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict};
+use calibench::assess::{EffectStatus, Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
 use calibench::identify::Model;
 use calibench::measure::{Dataset, Measured, Noise, Sample};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
@@ -257,6 +257,39 @@ fn a_run_of_five_rows_neither_harms_nor_decides() {
     let runs = [campaign(&arm, 50, &mut rng, true), campaign(&arm, 5, &mut rng, true), campaign(&arm, 50, &mut rng, true)];
     let found = compared(&labelled(&runs), &geometry(), None).expect("runs");
     assert_eq!(found.verdict, RunsVerdict::OneGeometry);
+}
+
+#[test]
+fn runs_too_short_to_be_halved_are_compared_and_shorter_ones_refused() {
+    let mut rng = ChaCha8Rng::seed_from_u64(79);
+    let arm = Arm::drawn(&mut rng, 50.0 * URAD, 0.0);
+    let mut found = |rows: usize| {
+        let runs = [campaign(&arm, rows, &mut rng, true), campaign(&arm, rows, &mut rng, true)];
+        compared(&[("A", &runs[0]), ("B", &runs[1])], &geometry(), None)
+    };
+    // With six residuals to spare, half of unchanged arms seemed to have changed.
+    let error = found(8).expect_err("too few rows");
+    assert!(error.to_string().contains("to spare"), "{error}");
+    for rows in [12, 25] {
+        assert_eq!(found(rows).expect("runs").verdict, RunsVerdict::OneGeometry, "{rows}");
+    }
+}
+
+#[test]
+fn one_bad_row_hides_no_change() {
+    let mut rng = ChaCha8Rng::seed_from_u64(80);
+    let arm = Arm::drawn(&mut rng, 50.0 * URAD, 0.0);
+    let mut slipped = arm.clone();
+    slipped.robot.links[2].mdh.theta += 0.1 * DEG;
+    let mut runs = three([&arm, &arm, &slipped], 80, &mut rng, true);
+    let Measured::Point(seen) = &mut runs[2].samples[20].measured else { unreachable!("points") };
+    seen.x += 20.0 * MM;
+    let mut runs: Vec<(String, Dataset)> = ["A", "B", "C"].map(String::from).into_iter().zip(runs).collect();
+    let aside = set_suspects_aside(&mut runs, &geometry());
+    assert_eq!(aside.iter().map(|(run, s)| (run.as_str(), s.sample.as_str())).collect::<Vec<_>>(), [("C", "p20")]);
+    let named: Vec<(&str, &Dataset)> = runs.iter().map(|(name, dataset)| (name.as_str(), dataset)).collect();
+    let found = compared(&named, &geometry(), None).expect("runs");
+    assert!(found.differences.first().is_some_and(|d| d.parameters[0].name == "theta3 since C"), "{:?}", found.differences);
 }
 
 #[test]

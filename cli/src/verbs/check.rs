@@ -1,6 +1,7 @@
 //! `check CALIBRATION --then CAMPAIGN [DATASET]`: whether a calibration still holds, by a few poses measured again.
 
 mod history;
+mod turn;
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,8 @@ use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
-use self::history::{History, day};
+use self::history::{History, day_until_now};
+use self::turn::Turn;
 use super::choices::seed;
 use super::choosing::Choice;
 use super::data::{read_calibration_to_use, read_datasets};
@@ -71,7 +73,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", requires = "on")]
     history: Option<PathBuf>,
     /// Day of the check, YYYY-MM-DD, for the history
-    #[arg(long, value_name = "DAY", requires = "history", value_parser = day)]
+    #[arg(long, value_name = "DAY", requires = "history", value_parser = day_until_now)]
     on: Option<String>,
     /// Write the control charts as an HTML page
     #[arg(long, value_name = "PAGE", requires = "history")]
@@ -89,6 +91,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let reference = CheckReference::new(&calibration, then).map_err(|e| located(&arguments.then, &e))?;
     if !reference.is_as_calibrated() {
         note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
+    }
+    if let Some(path) = &arguments.history {
+        // A history of another calibration is refused before anything moves.
+        History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
     }
     if let Some(folder) = &arguments.dataset {
         return judge(arguments, &reference, &calibration.robot.name, folder);
@@ -189,10 +195,12 @@ fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
 fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, folder: &PathBuf) -> Result<Outcome, Failure> {
     let (_, now) = read(folder)?;
     // Both are of the calibration's set-up, whatever their folders are called.
-    let check = reference.check((reference.campaign().0, &now)).map_err(|e| located(folder, &e))?;
+    let (check, shown) = reference.check_with_power((reference.campaign().0, &now)).map_err(|e| located(folder, &e))?;
     let mut charts = None;
     if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
-        let mut history = History::read(path, &arguments.calibration, &arguments.then)?;
+        // Another check must not be added between reading and writing.
+        let _turn = Turn::at(path)?;
+        let mut history = History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
         history.add(path, on, folder, &check)?;
         let drawn = history.charts(path, reference, &now)?.map_err(|e| located(folder, &e))?;
         let days: Vec<String> = history.check.iter().map(|entry| entry.on.clone()).collect();
@@ -203,13 +211,13 @@ fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, fol
         charts = Some((days, drawn));
     }
     if arguments.json {
-        let mut document = documents::Check::of(&check);
+        let mut document = documents::Check::of(&check, &shown);
         if let Some((days, charts)) = &charts {
             document = document.with_charts(days, charts);
         }
         print_json(&document)?;
     } else {
-        print(&check_text(&check))?;
+        print(&check_text(&check, &shown))?;
         if let Some((days, charts)) = &charts {
             print(&charts_text(days, charts))?;
         }
@@ -229,6 +237,11 @@ fn located(folder: &Path, error: &CheckError) -> Failure {
             "base",
             "; give those of the campaign: what is imported takes them by `import --set-up-of CAMPAIGN`",
         ),
+        CheckError::OtherLoads { field, .. } => {
+            ("dataset.toml", *field, "; state that of the campaign, or correct the campaign's and calibrate again")
+        }
+        CheckError::SameRows { .. } => ("samples.csv", "rows", "; leave the copy out"),
+        CheckError::TooFewPoses { .. } => ("samples.csv", "rows", "; measure more poses of the campaign again"),
         CheckError::Foreign { .. } => ("samples.csv", "rows", "; name the campaign that was calibrated with --then"),
         CheckError::Itself => ("samples.csv", "rows", "; name the dataset of what was measured again"),
         CheckError::Nothing => ("samples.csv", "rows", "; measure some poses of the campaign again"),

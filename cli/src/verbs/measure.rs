@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Adaptive, diagnose};
+use calibench::assess::{Adaptive, LOOKS, diagnose};
 use calibench::files::{check_output_folder, with_reasons};
 use calibench::measure::{
     Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
@@ -31,6 +31,9 @@ use calibench_sim::session::{Session, centring};
 /// Two forms of call; clap's generated usage would merge them.
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
        calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
+
+/// Change of the temperature while an adaptive campaign measures that is told, K: a gear's error changes by some urad per kelvin.
+const TELLING_K: f64 = 1.0;
 
 #[derive(clap::Args)]
 #[command(override_usage = USAGE)]
@@ -141,6 +144,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let diagnosis = diagnose(&[("campaign", &measured)], &model);
     drop(waiting);
     print_answer(&reached_sentence(&adaptive, until_mm))?;
+    if let Some(sentence) = warming_sentence(&measured.samples) {
+        print_answer(&sentence)?;
+    }
     let diagnosis = diagnosis.as_ref().ok();
     if let Some(sentence) = diagnosis.and_then(lacking_sentence) {
         let commands = Recommended::of(std::slice::from_ref(output), arguments.model.as_deref());
@@ -160,10 +166,21 @@ fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     let said =
         format!("{}: {expected:.3} mm ({low:.3} to {high:.3}, 10 to 90 %) after {} probings", WORKSPACE.name, last.samples);
     if adaptive.is_enough() {
-        format!("Enough: {said}; below {until_mm} mm with a probability of 90 %.")
-    } else {
-        format!("All poses are measured, and {until_mm} mm are not reached: {said}.")
+        return format!("Enough: {said}; below {until_mm} mm with a probability of 90 %, by {LOOKS} predictions in a row.");
     }
+    let alone = if high <= until_mm { ", but those a few probings before were larger" } else { "" };
+    format!("All poses are measured, and {until_mm} mm are not reached: {said}{alone}.")
+}
+
+/// What is to be said of an arm that was not equally warm in all samples.
+fn warming_sentence(samples: &[Sample]) -> Option<String> {
+    let temperatures = || samples.iter().filter_map(|sample| sample.temp_c);
+    let (low, high) = (temperatures().reduce(f64::min)?, temperatures().reduce(f64::max)?);
+    (high - low >= TELLING_K).then(|| {
+        format!(
+            "It was measured from {low:.1} to {high:.1} °C: the error to expect is that within these temperatures; let the arm warm up, or measure over all that it will have."
+        )
+    })
 }
 
 fn run_with(arguments: &Arguments, choice: Choice<'_>) -> Result<Outcome, Failure> {

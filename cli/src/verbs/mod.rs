@@ -28,6 +28,7 @@ mod merge;
 mod next;
 mod operator;
 mod output;
+mod overwritten;
 mod palette;
 mod plan;
 mod plan_cell;
@@ -171,10 +172,10 @@ pub fn main() -> ExitCode {
 pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
     #[cfg(feature = "mujoco")]
     calibench_mujoco::provide();
-    let parsed = command()
-        .try_get_matches_from(arguments)
-        .and_then(|matches| Ok((Arguments::from_arg_matches(&matches)?, Streams::of(&matches))));
-    let (arguments, streams) = match parsed {
+    let mut command = command();
+    let parsed =
+        command.try_get_matches_from_mut(arguments).and_then(|matches| Ok((Arguments::from_arg_matches(&matches)?, matches)));
+    let (arguments, matches) = match parsed {
         Ok(parsed) => parsed,
         Err(e) => {
             // Help and version are not errors.
@@ -185,13 +186,14 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             return refuse(&misuse(&e), BAD_INPUT);
         }
     };
+    let streams = Streams::of(&matches);
     output::print_in(Manner {
         columns: terminal::columns(arguments.wide),
         level: Level::of(arguments.quiet, arguments.verbose),
         colour: arguments.colour,
         beside: streams.holds_a_file(),
     });
-    if let Some(problem) = streams.problem() {
+    if let Some(problem) = streams.problem().or_else(|| overwritten::problem(&command, &matches)) {
         return refuse(&problem, BAD_INPUT);
     }
     let begun = Instant::now();

@@ -310,7 +310,7 @@ fn of_method(m: &Method, run: &Run) -> documents::RunMethod {
 }
 
 /// Contents of a run folder; the first file marks it as such.
-const FILES: &[&str] = &[
+pub const FILES: &[&str] = &[
     documents::Run::FILE,
     "trical",
     "tracker",

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{EffectStatus, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict};
+use calibench::assess::{EffectStatus, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, Suspect, set_suspects_aside};
 use calibench::files::with_reasons;
 use calibench::identify::{Model, Problem, Use, write_calibration};
 use calibench::measure::Dataset;
@@ -12,7 +12,7 @@ use jiff::civil::Date;
 use super::data::{locate_in_data, model_for, read_datasets};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, note, print, print_answer, print_json};
+use super::output::{check_outputs, note, print, print_answer, print_json, warn};
 use super::progress::Waiting;
 use super::prove::thin;
 use super::streams::{input, output};
@@ -65,10 +65,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         note("Not every run has a date: the order is that of the command line, and drifts are not estimated.");
     }
-    let datasets: Vec<(String, Dataset)> = order.iter().map(|&k| datasets[k].clone()).collect();
+    let mut datasets: Vec<(String, Dataset)> = order.iter().map(|&k| datasets[k].clone()).collect();
     let dates: Vec<Option<Date>> = order.iter().map(|&k| dates[k]).collect();
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    for (run, Suspect { sample, deviation, .. }) in set_suspects_aside(&mut datasets, &model) {
+        warn(&format!(
+            "warning: {run}: {sample} is set aside: it is {deviation:.0} sigma from what all others of this run say"
+        ));
+    }
     let drifts = drifts(&arguments.drift, &datasets, &model)?;
     let day = |date: &Option<Date>| date.map(|d| f64::from(d.since(Date::ZERO).map_or(0, |span| span.get_days())));
     let runs: Vec<Run<'_>> =

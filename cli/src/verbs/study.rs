@@ -54,10 +54,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let Arguments { trials, first, output, products, .. } = arguments;
-    let extent = Extent { first: *first, trials: *trials };
-    if *trials == 0 || first.checked_add(*trials).is_none_or(|end| end > Extent::END) {
-        return Err("--trials: is out of range; give at least 1".into());
-    }
+    let extent = extent(*first, *trials)?;
     if products.parquet.is_some() && output.is_none() {
         return Err("--parquet: is made from the table of trials; name that too, with -o".into());
     }
@@ -93,6 +90,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// The trials asked for.
+fn extent(first: u64, trials: u64) -> Result<Extent, String> {
+    if !(1..=Extent::END).contains(&trials) {
+        return Err(format!("--trials: is out of range; give a number from 1 to {}", Extent::END));
+    }
+    let most = Extent::END - trials;
+    if first > most {
+        return Err(format!("--first: is out of range; with --trials {trials} give a number from 0 to {most}"));
+    }
+    Ok(Extent { first, trials })
+}
+
 /// Plans the requested study.
 fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
     let mut document = Document::read(&arguments.scenario)?;
@@ -123,5 +132,24 @@ fn rare_share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(share) if (0.9..=0.999_999).contains(&share) => Ok(share),
         _ => Err("give a share from 0.9 to 0.999999".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_option_that_is_out_of_range_is_named_with_its_limit() {
+        assert_eq!(extent(0, 1), Ok(Extent { first: 0, trials: 1 }));
+        assert_eq!(extent(Extent::END - 2, 2), Ok(Extent { first: Extent::END - 2, trials: 2 }));
+        for (first, trials, says) in [
+            (0, 0, "--trials: is out of range; give a number from 1 to 4611686018427387904"),
+            (0, u64::MAX, "--trials: is out of range; give a number from 1 to 4611686018427387904"),
+            (u64::MAX, 2, "--first: is out of range; with --trials 2 give a number from 0 to 4611686018427387902"),
+            (Extent::END - 1, 2, "--first: is out of range; with --trials 2 give a number from 0 to 4611686018427387902"),
+        ] {
+            assert_eq!(extent(first, trials), Err(says.to_owned()));
+        }
     }
 }

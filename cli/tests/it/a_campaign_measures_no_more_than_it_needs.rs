@@ -49,6 +49,12 @@ fn a_simulated_campaign_ends_when_it_is_enough() {
         never.status.code() == Some(1) && said.contains("let it warm up") && said.contains("`calibench diagnose warm`"),
         "{said}"
     );
+    // What gives way beneath the arm hides in the parameters of a short campaign: its own new poses speak against it.
+    let tilted = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/tilted-pedestal.toml");
+    fs::write(at.join("tilted.toml"), SCENARIO.replace("BASE", tilted.to_str().unwrap())).unwrap();
+    let hidden = calibench(at, "measure tilted.toml --plan plan.toml --until-mm 0.1 -o tilted");
+    let said = String::from_utf8_lossy(&hidden.stdout).into_owned();
+    assert!(hidden.status.code() == Some(1) && said.contains("are not reached"), "{said}");
     let too_far = calibench(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x");
     assert_eq!(too_far.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&too_far.stderr).contains("0.001 to 10 mm"));

@@ -52,19 +52,25 @@ fn what_is_planned_is_probed_and_kept() {
 
     let first = ran(
         at,
-        &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1 --history history.toml --on 2026-11-30 --json"),
+        &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1 --history history.toml --on 2025-12-01 --json"),
     );
     let document: Value = serde_json::from_slice(&first.stdout).unwrap();
     assert_eq!((&document["verdict"], &document["samples"]), (&"valid".into(), &5.into()), "{document}");
+    let power = document["power"].as_array().unwrap();
+    let slip = power.iter().find(|p| p["condition"] == "joint_slipped:3").unwrap();
+    assert!(slip["unit"] == "deg" && (1e-4..0.1).contains(&slip["change"].as_f64().unwrap()), "{slip}");
+    assert!(slip["at"][0]["found"].as_f64().unwrap() >= 0.95, "{slip}");
     let line = format!(
-        "{CHECK} --cell cell.toml --plan sentinels.toml --visit 2 -o now/2 --history history.toml --on 2026-12-07 --page page.html"
+        "{CHECK} --cell cell.toml --plan sentinels.toml --visit 2 -o now/2 --history history.toml --on 2025-12-08 --page page.html"
     );
     let second = ran(at, &line);
-    assert!(String::from_utf8_lossy(&second.stdout).contains("Control charts of 2 checks: nothing drifts"));
+    let said = String::from_utf8_lossy(&second.stdout);
+    assert!(said.contains("Control charts of 2 checks: nothing drifts"), "{said}");
+    assert!(said.contains("These samples would have shown, with 95 % probability: a joint off by"), "{said}");
     let samples = |name: &str| fs::read_to_string(at.join(name).join("samples.csv")).unwrap();
     assert_ne!(samples("now/1"), samples("now/2"), "each visit has noise of its own");
     let page = fs::read_to_string(at.join("page.html")).unwrap();
-    assert!(page.contains("zero of joint 3") && page.contains("2026-12-07") && !page.contains("<script"), "{page}");
+    assert!(page.contains("zero of joint 3") && page.contains("2025-12-08") && !page.contains("<script"), "{page}");
     let history = fs::read_to_string(at.join("history.toml")).unwrap();
     assert_eq!(history.matches("[[check]]").count(), 2);
     assert!(history.contains("dataset = \"now/1\""), "paths are seen from the file: {history}");
@@ -74,30 +80,46 @@ fn what_is_planned_is_probed_and_kept() {
     let again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["looks"], document["looks"]);
 
-    refused(at, &format!("{CHECK} now/2 --history history.toml --on 2026-12-08"), "is in history.toml already");
+    refused(at, &format!("{CHECK} now/2 --history history.toml --on 2025-12-09"), "is in history.toml already");
     refused(
         at,
-        &format!("{CHECK} now/1 --history history.toml --on 2026-11-01"),
-        "the last check in history.toml is of 2026-12-07",
+        &format!("{CHECK} now/1 --history history.toml --on 2025-11-01"),
+        "the last check in history.toml is of 2025-12-08",
     );
     refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is no day");
+    refused(at, &format!("{CHECK} now/1 --history history.toml --on 9999-12-01"), "is after today");
+    // A copy under another name is no second check.
+    fs::create_dir(at.join("now/3")).unwrap();
+    for name in ["samples.csv", "dataset.toml"] {
+        fs::copy(at.join("now/2").join(name), at.join("now/3").join(name)).unwrap();
+    }
+    refused(
+        at,
+        &format!("{CHECK} now/3 --history history.toml --on 2025-12-09"),
+        "of its rows are also those of the check of 2025-12-08",
+    );
     // What was written by hand is held to what the program writes: line, key and remedy.
     let dataset = history.lines().find(|line| line.starts_with("dataset")).unwrap().to_owned();
-    let twice = history.clone() + &format!("[[check]]\non = \"2026-12-08\"\n{dataset}\nverdict = \"valid\"\n");
+    let twice = history.clone() + &format!("[[check]]\non = \"2025-12-09\"\n{dataset}\nverdict = \"valid\"\n");
+    let digest = history.lines().find(|line| line.starts_with("calibration_digest")).unwrap();
     for (wrong, said) in [
+        (
+            history.replace(digest, "calibration_digest = \"0123456789abcdef\""),
+            "its checks were judged against another calibration of the same name; begin a new history",
+        ),
         (
             history.replacen("verdict = \"valid\"", "verdict = \"fine\"", 1),
             "check[0].verdict: is 'fine'; write `valid` or `changed`",
         ),
-        (history.replacen("on = \"2026-", "on = \"26-", 1), "check[0].on: is '26-"),
+        (history.replacen("on = \"2025-", "on = \"25-", 1), "check[0].on: is '25-"),
         (twice, "list every dataset once"),
     ] {
         fs::write(at.join("history.toml"), &wrong).unwrap();
-        refused(at, &format!("{CHECK} now/1 --history history.toml --on 2026-12-31"), said);
+        refused(at, &format!("{CHECK} now/1 --history history.toml --on 2025-12-31"), said);
     }
     fs::write(at.join("history.toml"), &history).unwrap();
     fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
-    refused(at, "check other.toml --then then now/1 --history history.toml --on 2027-01-01", "begin another history");
+    refused(at, "check other.toml --then then now/1 --history history.toml --on 2026-01-02", "begin another history");
     assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
     // What is measured is not measured again.
     let again = ran(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1"));
@@ -112,7 +134,7 @@ fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
     // The gauge was taken off and put back, a tenth of a millimetre from where it was: its owner does not know.
     let slipped = fs::read_to_string(at.join("cell.toml")).unwrap() + "[truth.tool]\nsigma_um = 150\n";
     fs::write(at.join("slipped.toml"), slipped).unwrap();
-    let line = format!("{CHECK} --cell slipped.toml --plan sentinels.toml -o now --history history.toml --on 2026-11-30");
+    let line = format!("{CHECK} --cell slipped.toml --plan sentinels.toml -o now --history history.toml --on 2025-12-01");
     let output = calibench(at, &line.split(' ').collect::<Vec<_>>());
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}{}", String::from_utf8_lossy(&output.stderr));
@@ -120,7 +142,7 @@ fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
     let samples = fs::read_to_string(at.join("now/samples.csv")).unwrap().lines().count() - 1;
     assert!(samples < 5, "{samples} poses were probed although fewer name it");
     // It is mended. What was found before is no drift of what is healthy now.
-    for (visit, day) in [(2, "2026-12-01"), (3, "2026-12-02"), (4, "2026-12-03")] {
+    for (visit, day) in [(2, "2025-12-02"), (3, "2025-12-03"), (4, "2025-12-04")] {
         let healthy = format!(
             "{CHECK} --cell cell.toml --plan sentinels.toml --visit {visit} -o later{visit} --history history.toml --on {day}"
         );

@@ -155,11 +155,47 @@ fn a_study_that_was_cut_goes_on_wherever_it_was() {
     fs::write(&path, fs::read_to_string(&path).unwrap().replace("100.0", "101.0")).unwrap();
     refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "cut.csv"], "as it is now");
     assert!(bytes(&folder, "cut.csv") == as_it_is);
-    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "s.toml"], "is no table");
+    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "s.toml"], "is read by this command");
+    fs::write(folder.path().join("letter"), "mine\n").unwrap();
+    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "letter"], "is no table");
     // A row changed by hand is detected.
     fs::write(folder.path().join("edited.csv"), String::from_utf8(whole).unwrap().replacen(",tracker,", ",trical,", 1))
         .unwrap();
     refused(&folder, &["merge", "edited.csv"], "edited.csv:3: trial: is not the row that must follow");
+}
+
+#[test]
+fn a_shard_that_was_cut_within_a_row_is_refused_there_and_goes_on() {
+    let folder = study();
+    let path = folder.path().join("s.toml");
+    let one_point = fs::read_to_string(&path).unwrap().split("[sweep]").next().unwrap().to_owned();
+    fs::write(&path, one_point).unwrap();
+    // One row a trial: without the cut row the trials that are left are whole.
+    let arguments = ["study", "s.toml", "--trials", "3", "--method", "trical", "-o", "cut.csv"];
+    done(&folder, &arguments);
+    let whole = bytes(&folder, "cut.csv");
+    for cut in [1, 50] {
+        fs::write(folder.path().join("cut.csv"), &whole[..whole.len() - cut]).unwrap();
+        let says = "cut.csv:4: was cut in trial 2; give the command that wrote it again";
+        refused(&folder, &["merge", "cut.csv", "-o", "merged.csv"], says);
+        assert!(!folder.path().join("merged.csv").exists());
+        done(&folder, &arguments);
+        assert!(bytes(&folder, "cut.csv") == whole);
+    }
+    done(&folder, &["merge", "cut.csv", "-o", "merged.csv"]);
+    assert!(bytes(&folder, "merged.csv") == whole);
+}
+
+#[test]
+fn trials_out_of_range_are_refused_by_their_option() {
+    let folder = study();
+    let first = u64::MAX.to_string();
+    refused(
+        &folder,
+        &["study", "s.toml", "--trials", "2", "--first", &first],
+        "--first: is out of range; with --trials 2 give",
+    );
+    refused(&folder, &["study", "s.toml", "--trials", "0"], "--trials: is out of range; give a number from 1");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod a_campaign_measures_no_more_than_it_needs;
 mod a_check_goes_from_plan_to_history;
 mod a_designed_artifact_keeps_its_promise;
 mod a_diagnosis_says_what_to_do;
+mod a_history_loses_no_check;
 mod a_killed_campaign_becomes_the_same_dataset;
 mod a_killed_campaign_goes_on;
 mod a_plan_is_made_for_a_real_cell;
@@ -26,6 +27,7 @@ mod next_measurements_are_planned;
 #[path = "../../../tests/it/oracles.rs"]
 mod oracles;
 mod other_peoples_clients_drive_the_served_cell;
+mod outputs_are_never_inputs;
 mod programs_go_through_the_program;
 mod public_data_go_through_the_program;
 mod python_packages_are_pinned;

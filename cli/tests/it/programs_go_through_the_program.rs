@@ -98,7 +98,7 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
     fs::write(folder.path().join("a.ls"), "/PROG A\n/END\n").unwrap();
     fs::write(folder.path().join("wide.src"), b"\xff\xfeD\0E\0F\0").unwrap();
     for (arguments, said) in [
-        (&["weld.src", "-o", "weld.src"][..], "is one of the programs themselves"),
+        (&["weld.src", "-o", "weld.src"][..], "-o weld.src: is read by this command"),
         (&["weld.src", "weld.dat", "-o", "."], "is one of the programs themselves"),
         (&["weld.src", "a.ls", "-o", "new"], "another controller"),
         (&["weld.src", "none.dat", "-o", "new"], "none.dat"),

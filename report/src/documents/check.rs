@@ -1,13 +1,13 @@
 //! `calibench-check/1`, printed by `check`.
 
-use calibench::assess::{self, Charts, Condition, FALSE_ALARM, NoiseOf, RUN_LENGTH, RobotCheck};
+use calibench::assess::{self, Charts, Condition, FALSE_ALARM, NoiseOf, RUN_LENGTH, RobotCheck, Shown};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::format_tag;
 use crate::charts::{elementary_name, elementary_unit, elementary_words};
-use crate::check::{condition_words, what_to_do};
+use crate::check::{condition_words, noise_remark, quantity_unit, what_to_do};
 
 format_tag!(CheckFormat, "calibench-check/1");
 
@@ -24,6 +24,8 @@ pub struct Check {
     pub conditions: Vec<CheckedCondition>,
     /// Conditions that these poses cannot distinguish from the most probable change.
     pub aliased: Vec<String>,
+    /// If something has changed: the single change that comes closest, and what it leaves.
+    pub closest: Option<ClosestChange>,
     /// Where the noise is from: `stated`, or `repeats` of the campaign; null for a plan.
     pub noise_from: Option<String>,
     /// Number of samples given.
@@ -32,8 +34,12 @@ pub struct Check {
     pub looks: Vec<Look>,
     /// For a plan: ids of the samples to measure again, in order.
     pub sentinels: Vec<String>,
-    /// For a plan: what the check would find.
+    /// For a plan: what the check would find. For a check: the smallest change of each condition that its samples show with a
+    /// probability of 0.95, in the direction in which they show it least, when all of them are used.
     pub power: Vec<ConditionPower>,
+    /// What to know of the samples before relying on the verdict, in words.
+    #[serde(default)]
+    pub remarks: Vec<String>,
     /// With a history: the control charts of all its checks.
     pub charts: Option<ControlCharts>,
 }
@@ -85,6 +91,21 @@ pub struct CheckedCondition {
     pub probability: f64,
 }
 
+/// The single change that comes closest to the differences.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClosestChange {
+    /// The condition.
+    pub condition: String,
+    /// The same in words.
+    pub words: String,
+    /// What it leaves of the differences, rms per axis, um.
+    pub left_um: f64,
+    /// Noise of a comparison, rms per axis, um.
+    pub noise_um: f64,
+    /// True if it explains the differences; false if that is not all that has changed.
+    pub explains: bool,
+}
+
 /// The state of a check after one sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Look {
@@ -105,8 +126,12 @@ pub struct Look {
 pub struct ConditionPower {
     /// The condition.
     pub condition: String,
-    /// By size.
+    /// By size; empty if the samples of a check do not show it.
     pub at: Vec<PowerAtSize>,
+    /// For a check: the smallest change that is shown; null if the samples do not show it.
+    pub change: Option<f64>,
+    /// Unit of that change: `deg`, `um`, `ppm` or `kg`; null for a plan.
+    pub unit: Option<String>,
 }
 
 /// What a check finds of a condition of one size.
@@ -122,10 +147,16 @@ pub struct PowerAtSize {
     pub samples: f64,
 }
 
+impl PowerAtSize {
+    fn of(p: &assess::PowerAt) -> Self {
+        PowerAtSize { size: p.size, found: p.found, named: p.named, samples: p.samples }
+    }
+}
+
 impl Check {
-    /// Converts a check.
+    /// Converts a check, with the smallest changes that its samples show.
     #[must_use]
-    pub fn of(check: &RobotCheck) -> Self {
+    pub fn of(check: &RobotCheck, shown: &[Shown]) -> Self {
         let condition = |j: &assess::Judged| CheckedCondition {
             condition: j.condition.name(),
             words: condition_words(&j.condition),
@@ -139,17 +170,35 @@ impl Check {
             noise_um: l.noise / UM,
             ratio: l.ratio,
         };
+        let closest = |c: &assess::Closest| ClosestChange {
+            condition: c.condition.name(),
+            words: condition_words(&c.condition),
+            left_um: c.left / UM,
+            noise_um: c.noise / UM,
+            explains: c.explains,
+        };
+        let power = |s: &Shown| {
+            let (unit, name, _) = quantity_unit(s.quantity);
+            ConditionPower {
+                condition: s.condition.name(),
+                at: s.smallest.iter().map(|smallest| PowerAtSize::of(&smallest.at)).collect(),
+                change: s.smallest.as_ref().map(|smallest| smallest.change / unit),
+                unit: Some(name.into()),
+            }
+        };
         Check {
             format: CheckFormat::V1,
             verdict: Some(if check.changed { "changed" } else { "valid" }.into()),
             false_alarm: FALSE_ALARM,
             conditions: check.conditions.iter().map(condition).collect(),
             aliased: check.aliased.iter().map(Condition::name).collect(),
+            closest: check.closest.as_ref().map(closest),
             noise_from: Some(if check.noise == NoiseOf::Stated { "stated" } else { "repeats" }.into()),
             samples: check.given,
             looks: check.looks.iter().map(look).collect(),
             sentinels: Vec::new(),
-            power: Vec::new(),
+            power: shown.iter().map(power).collect(),
+            remarks: noise_remark(check).into_iter().collect(),
             charts: None,
         }
     }
@@ -157,19 +206,25 @@ impl Check {
     /// Converts the plan of a check: ids of the samples to measure again, and what that would show.
     #[must_use]
     pub fn of_plan(sentinels: Vec<String>, power: &[assess::Power]) -> Self {
-        let at = |p: &assess::PowerAt| PowerAtSize { size: p.size, found: p.found, named: p.named, samples: p.samples };
-        let of = |p: &assess::Power| ConditionPower { condition: p.condition.name(), at: p.at.iter().map(at).collect() };
+        let of = |p: &assess::Power| ConditionPower {
+            condition: p.condition.name(),
+            at: p.at.iter().map(PowerAtSize::of).collect(),
+            change: None,
+            unit: None,
+        };
         Check {
             format: CheckFormat::V1,
             verdict: None,
             false_alarm: FALSE_ALARM,
             conditions: Vec::new(),
             aliased: Vec::new(),
+            closest: None,
             noise_from: None,
             samples: sentinels.len(),
             looks: Vec::new(),
             sentinels,
             power: power.iter().map(of).collect(),
+            remarks: Vec::new(),
             charts: None,
         }
     }

@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 pub use self::calibration::{Calibration, CalibrationFormat, ObservabilityIndices, Parameter, StatedParameter};
-pub use self::check::{Check, CheckFormat, CheckedCondition, ConditionPower, Look, PowerAtSize};
+pub use self::check::{Check, CheckFormat, CheckedCondition, ClosestChange, ConditionPower, Look, PowerAtSize};
 pub use self::comparison::{
     BallResiduals, Comparison, ComparisonFormat, CurveBin, JointCurve, JointOffset, Place, SetupResiduals, Standout, ToolShift,
     ViewTest, WorldShift, WorstSample,

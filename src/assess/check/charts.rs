@@ -76,7 +76,7 @@ impl Charts {
         for (k, now) in checks.iter().enumerate() {
             let scene = reference.scene((then.0, &before), *now)?;
             // A changed robot tells nothing of how it was, and its change is no drift.
-            let changed = reference.check(*now)?.changed;
+            let changed = reference.has_changed(*now)?;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
                 if k == 0 {
                     courses.push(Chart { of, points: Vec::new() });

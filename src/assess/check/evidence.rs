@@ -1,6 +1,7 @@
 //! Likelihood ratios of the conditions to "nothing has changed", after any number of samples.
 
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::conditions::Condition;
 use super::{CHANGED_BEFOREHAND, FALSE_ALARM, Judged};
@@ -30,6 +31,33 @@ const WORSE: f64 = 9.0;
 /// those of a mass know its place and the springs of the arm only so well. Without it a large change would be taken for one of
 /// more freedom that fits a little better.
 const IN_SHAPE: f64 = 0.03;
+
+/// The same for a mass when its fit is judged: its place is unknown, and a calibration tells the spring of a joint within some
+/// tenths of it only.
+const MASS_IN_SHAPE: f64 = 0.25;
+
+/// A change does not explain the differences if chance leaves as much as it does with this probability at most.
+const MISFIT: f64 = 1e-3;
+
+/// Directions whose share of a Gram matrix is smaller, relative to the largest, are only rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// What the best size of a condition leaves of the differences.
+pub(super) struct Left {
+    /// Sum of the squares of what is left, whitened.
+    squares: f64,
+    /// Its degrees of freedom.
+    dof: usize,
+    /// True if chance, and what a change is off its shape, leave as much.
+    pub fits: bool,
+}
+
+impl Left {
+    /// Root mean square of what is left, in units of the noise of one comparison; `None` if nothing can be left.
+    pub fn rms(&self) -> Option<f64> {
+        (self.dof > 0).then(|| (self.squares / self.dof as f64).sqrt())
+    }
+}
 
 /// One condition, with its columns orthonormal over all samples.
 struct Hypothesis {
@@ -110,16 +138,49 @@ impl Evidence {
 
     /// All conditions with their probabilities after the first `samples`, the most probable first; `changed` is the share of
     /// checks before which something has changed.
+    ///
+    /// Where a change does not explain the differences alone, its probability is that of something else, or several things: of
+    /// two changes at once the larger one would have it all, since the large sizes of a condition are also far off its shape.
     pub fn probabilities(&self, differences: &DVector<f64>, samples: usize, changed: f64) -> Vec<Judged> {
         let seen = self.so_far(differences, samples);
-        let weighed = |h: &Hypothesis| (h.condition.clone(), (changed * h.weight).ln() + h.ln_ratio(seen, samples));
-        let mut all: Vec<(Condition, f64)> = self.hypotheses.iter().map(weighed).collect();
+        let mut all: Vec<(Condition, f64)> = Vec::with_capacity(self.hypotheses.len() + 1);
+        let mut something_else = Vec::new();
+        for h in &self.hypotheses {
+            let ln = (changed * h.weight).ln() + h.ln_ratio(seen, samples);
+            let explains = !h.is_general() && h.left(seen, samples).fits;
+            if !explains {
+                something_else.push(ln);
+            }
+            if !h.is_general() {
+                all.push((h.condition.clone(), if explains { ln } else { f64::NEG_INFINITY }));
+            }
+        }
+        all.push((Condition::Recalibrate, ln_sum_exp(something_else.iter().copied())));
         all.push((Condition::Valid, (1.0 - changed).ln()));
         let total = ln_sum_exp(all.iter().map(|(_, ln)| *ln));
         let mut judged: Vec<Judged> =
             all.into_iter().map(|(condition, ln)| Judged { condition, probability: (ln - total).exp() }).collect();
         judged.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         judged
+    }
+
+    /// The single change that comes closest to the differences of the first `samples`, and what it leaves of them: the one that
+    /// is named, if it is a single one.
+    pub fn closest(&self, named: &Condition, differences: &DVector<f64>, samples: usize) -> Option<(Condition, Left)> {
+        let seen = self.so_far(differences, samples);
+        let single = || self.hypotheses.iter().filter(|h| !h.is_general());
+        let weighed = single().map(|h| (h, h.weight.ln() + h.ln_ratio(seen, samples)));
+        let most_probable = || weighed.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(h, _)| h);
+        let first = single().find(|h| h.condition == *named).or_else(most_probable)?;
+        Some((first.condition.clone(), first.left(seen, samples)))
+    }
+
+    /// True if the evidence of any change in all samples is reported, that of one condition being looked at first.
+    pub fn is_reported(&self, index: usize, differences: &DVector<f64>) -> bool {
+        let seen = self.so_far(differences, self.samples());
+        let h = &self.hypotheses[index];
+        let reported = -FALSE_ALARM.ln();
+        h.weight.ln() + h.ln_ratio(seen, self.samples()) >= reported || self.ln_ratio(differences, self.samples()) >= reported
     }
 
     /// Conditions that the first `samples` cannot distinguish from this one: nested in it or it in them, and fitting as well.
@@ -137,10 +198,9 @@ impl Evidence {
             let rest = &inner - &outer * outer.tr_mul(&inner);
             rest.norm() <= NESTED * (inner.ncols() as f64).sqrt()
         };
-        let general = |h: &Hypothesis| matches!(h.condition, Condition::Recalibrate);
         self.hypotheses
             .iter()
-            .filter(|h| h.condition != *condition && !general(h))
+            .filter(|h| h.condition != *condition && !h.is_general())
             .filter(|h| nested(h, named) || nested(named, h))
             .filter(|h| left(h) - left(named) <= WORSE)
             .map(|h| h.condition.clone())
@@ -165,13 +225,48 @@ impl Evidence {
 }
 
 impl Hypothesis {
+    /// True if it is any change at all.
+    fn is_general(&self) -> bool {
+        matches!(self.condition, Condition::Recalibrate)
+    }
+
+    /// Components of the differences along the eigenvectors of its Gram matrix.
+    fn along(&self, seen: DVectorView<'_, f64>, samples: usize) -> DVector<f64> {
+        let scale = (self.basis.nrows() as f64 / self.basis.ncols() as f64).sqrt();
+        self.so_far[samples - 1].eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale))
+    }
+
+    /// What its best size leaves of the differences. It may leave some per cent of the change besides the noise: the slip of a
+    /// joint by one degree is off its column by 0.9 %, and the model knows the arm only so well.
+    fn left(&self, seen: DVectorView<'_, f64>, samples: usize) -> Left {
+        let gram = &self.so_far[samples - 1].eigenvalues;
+        let least = ROUNDING * gram.max();
+        let along = self.along(seen, samples);
+        let (mut explained, mut rank) = (0.0_f64, 0_usize);
+        for (g, y) in gram.iter().zip(&along).filter(|(g, _)| **g > least) {
+            explained += y * y / g;
+            rank += 1;
+        }
+        let rows = seen.nrows();
+        let squares = (seen.norm_squared() - explained).max(0.0);
+        let dof = rows.saturating_sub(rank);
+        let shape = match self.condition {
+            Condition::OtherPayload => MASS_IN_SHAPE,
+            // What one sample misses says nothing of the others.
+            Condition::SingleSample(_) => 0.0,
+            _ => IN_SHAPE,
+        };
+        let off = 1.0 + shape * shape * explained / rows as f64;
+        let chance = ChiSquared::new(dof as f64).map_or(1.0, |chi2| chi2.sf(squares / off));
+        Left { squares, dof, fits: chance >= MISFIT }
+    }
+
     /// Logarithm of the likelihood ratio to "nothing has changed", averaged over the sizes.
     fn ln_ratio(&self, seen: DVectorView<'_, f64>, samples: usize) -> f64 {
         let eigen = &self.so_far[samples - 1];
-        let scale = (self.basis.nrows() as f64 / self.basis.ncols() as f64).sqrt();
         let squares = seen.norm_squared();
         let rows = seen.nrows() as f64;
-        let along = eigen.eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale));
+        let along = self.along(seen, samples);
         let of_size = |size: &f64| {
             // Of covariance a I + s² G Gᵀ, with the noise and what the shape is off by in a.
             let variance = size * size;

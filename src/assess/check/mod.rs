@@ -13,29 +13,35 @@
 mod charts;
 mod choose;
 mod conditions;
+mod copies;
 mod evidence;
 mod noise;
 mod power;
 mod scene;
 mod seen;
 
+use nalgebra::{DMatrix, Vector3};
+use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 pub use charts::{Chart, ChartPoint, Charts, RUN_LENGTH};
 pub use choose::choose_sentinels;
 pub use conditions::{Condition, Elementary};
+pub use copies::rows_again;
 pub use noise::NoiseOf;
-pub use power::{Power, PowerAt, power_of_check};
+pub use power::{Power, PowerAt, Quantity, SHOWN, Shown, Smallest, power_of_check};
 
 use self::conditions::of_samples;
+use self::copies::same_measurement;
 use self::evidence::Evidence;
 use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
-use self::seen::ends;
+use self::seen::{Seen, ends};
+use crate::files::hexadecimal;
 use crate::identify::{Calibration, IdentifyError, Use, are_copied};
 use crate::math::rms;
-use crate::measure::{Ball, Dataset, Sample};
-use crate::robot::FramePose;
+use crate::measure::{Ball, Dataset, Measured, Sample};
+use crate::robot::{FramePose, Payload};
 use crate::units::{DEG, MM};
 
 /// Probability that a check ever reports a change where there is none.
@@ -49,6 +55,12 @@ const LARGEST: f64 = 600.0;
 
 /// A campaign of which the calibration leaves this many times its own residual is not of the robot that was calibrated.
 const FOREIGN: f64 = 3.0;
+
+/// Fewest poses that can tell that nothing has changed: one or two do not show every change.
+const FEWEST_POSES: usize = 3;
+
+/// Noise that is stated as so many times that of the campaign, or its inverse, is remarked on.
+pub const NOISE_ALIKE: f64 = 3.0;
 
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
 const SAME_POSE: f64 = 1.0 * DEG;
@@ -72,6 +84,30 @@ pub enum CheckError {
     /// than those of the campaign.
     #[error("the base, tool and balls of these samples are not those of the calibration")]
     OtherSetUp,
+    /// The samples are described under other loads, which bend the arm otherwise.
+    #[error("{field} is {now} here, and {then} in the campaign")]
+    OtherLoads {
+        /// What differs, as it is called in the dataset.
+        field: &'static str,
+        /// As stated for the samples.
+        now: String,
+        /// As stated for the campaign.
+        then: String,
+    },
+    /// Two rows are one measurement: counted twice, it would make the check surer than it is.
+    #[error("'{second}' is a copy of '{first}', equal in every number")]
+    SameRows {
+        /// Id of the one row.
+        first: String,
+        /// Id of the other.
+        second: String,
+    },
+    /// Nothing was found at so few poses, which does not say that nothing has changed.
+    #[error("too few poses to say that nothing has changed: a check takes at least three, and this is of {poses}")]
+    TooFewPoses {
+        /// Number of different poses.
+        poses: usize,
+    },
     /// The campaign is of another robot, or of one that had changed by then: compared with it, a robot would be called unchanged
     /// although the calibration does not hold.
     #[error(
@@ -119,6 +155,19 @@ pub struct Looked {
     pub ratio: f64,
 }
 
+/// The single change that comes closest to the differences.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Closest {
+    /// The change.
+    pub condition: Condition,
+    /// What it leaves of the differences, rms per axis, m.
+    pub left: f64,
+    /// The noise of a comparison, rms per axis, m.
+    pub noise: f64,
+    /// True if noise, and what a change of its size is off its shape, leave as much.
+    pub explains: bool,
+}
+
 /// The result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotCheck {
@@ -134,8 +183,13 @@ pub struct RobotCheck {
     pub settled: bool,
     /// Conditions that these poses cannot distinguish from the most probable change.
     pub aliased: Vec<Condition>,
+    /// If something has changed: the single change that comes closest, and what it leaves. It is the one named, unless that is
+    /// something else, or several things.
+    pub closest: Option<Closest>,
     /// Where the noise of a comparison is from.
     pub noise: NoiseOf,
+    /// Noise of one measurement, as stated for the samples, in units of that of the campaign.
+    pub noise_ratio: f64,
 }
 
 impl RobotCheck {
@@ -152,9 +206,7 @@ impl RobotCheck {
         CheckReference::new(calibration, then)?.check(now)
     }
 
-    fn on(scene: &Scene, noise: NoiseOf) -> RobotCheck {
-        let seen: Vec<_> = scene.seen.iter().collect();
-        let evidence = Evidence::new(&of_samples(&seen, &scene.whitening), ends(&seen));
+    fn on(scene: &Scene, evidence: &Evidence, noise: NoiseOf) -> RobotCheck {
         let (used, changed) = evidence.decide(&scene.differences);
         let look = |(k, pair): (usize, &Pair)| Looked {
             sample: pair.now.clone(),
@@ -168,7 +220,13 @@ impl RobotCheck {
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
         let settled = changed && evidence.is_settled(&scene.differences, used);
-        RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, noise }
+        let noise_of_all = rms_of(looks.iter().map(|l| l.noise));
+        let closest = named.filter(|_| changed).and_then(|named| {
+            let (condition, left) = evidence.closest(named, &scene.differences, used)?;
+            Some(Closest { condition, left: left.rms()? * noise_of_all, noise: noise_of_all, explains: left.fits })
+        });
+        let noise_ratio = scene.noise_ratio();
+        RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, closest, noise, noise_ratio }
     }
 }
 
@@ -211,13 +269,63 @@ impl<'a> CheckReference<'a> {
     /// Checks the rows of `now`, in order, against those of the campaign. Both are of the calibration's set-up.
     ///
     /// # Errors
-    /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself.
+    /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself; when two rows are one
+    /// measurement; or when nothing is found at fewer than three poses.
     pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+        let judging = self.judging(now)?;
+        self.concluded(&judging, now.1)
+    }
+
+    /// The same with the smallest changes that the rows of `now` show, whether something has changed or not.
+    ///
+    /// # Errors
+    /// As [`CheckReference::check`].
+    pub fn check_with_power(&self, now: (&str, &Dataset)) -> Result<(RobotCheck, Vec<Shown>), CheckError> {
+        let judging = self.judging(now)?;
+        let check = self.concluded(&judging, now.1)?;
+        let shown = power::shown(&judging.columns, &judging.evidence, &self.calibration.robot);
+        Ok((check, shown))
+    }
+
+    /// True if something had changed, of a check that was accepted before, however few poses it has.
+    fn has_changed(&self, now: (&str, &Dataset)) -> Result<bool, CheckError> {
+        let Judging { scene, evidence, .. } = self.judging(now)?;
+        Ok(evidence.decide(&scene.differences).1)
+    }
+
+    fn judging(&self, now: (&str, &Dataset)) -> Result<Judging, CheckError> {
         let scene = self.comparable(now)?;
         if are_copied(now.1.samples.iter(), self.then.1.samples.iter()) {
             return Err(CheckError::Itself);
         }
-        Ok(RobotCheck::on(&scene, self.noise.of.clone()))
+        let seen: Vec<&Seen> = scene.seen.iter().collect();
+        let columns = of_samples(&seen, &scene.whitening);
+        let evidence = Evidence::new(&columns, ends(&seen));
+        Ok(Judging { scene, columns, evidence })
+    }
+
+    fn concluded(&self, Judging { scene, evidence, .. }: &Judging, now: &Dataset) -> Result<RobotCheck, CheckError> {
+        if let Some((first, second)) = same_measurement(&now.samples) {
+            return Err(CheckError::SameRows { first: first.id.clone(), second: second.id.clone() });
+        }
+        let check = RobotCheck::on(scene, evidence, self.noise.of.clone());
+        let poses = scene.poses();
+        if !check.changed && poses < FEWEST_POSES {
+            return Err(CheckError::TooFewPoses { poses });
+        }
+        Ok(check)
+    }
+
+    /// Digests of the calibration and of the campaign: of their numbers, in whatever way these are written.
+    pub fn digests(&self) -> [String; 2] {
+        let number = |x: f64| format!("{x:e}");
+        let mut estimates = vec![self.calibration.robot.name.clone()];
+        estimates.extend(self.calibration.estimates.iter().map(|e| format!("{}={:e}", e.name, e.value)));
+        let then = self.then.1;
+        let mut numbers: Vec<String> = then.base.to_array().into_iter().chain(then.tool.to_array()).map(number).collect();
+        numbers.extend(then.balls.iter().flat_map(|ball| ball.position.iter().copied().map(number)));
+        numbers.extend(then.samples.iter().flat_map(|sample| sample.numbers().map(number)));
+        [estimates, numbers].map(|words| hexadecimal(&Sha256::digest(words.join(" "))[..8]))
     }
 
     /// The noise of each comparison, one sigma per axis, m, whether the rows are measured already or not.
@@ -231,6 +339,9 @@ impl<'a> CheckReference<'a> {
     fn comparable(&self, now: (&str, &Dataset)) -> Result<Scene, CheckError> {
         if !is_set_up_alike(self.then.1, now.1) {
             return Err(CheckError::OtherSetUp);
+        }
+        if let Some(other) = other_loads(self.then.1, now.1) {
+            return Err(other);
         }
         self.scene(self.then, now)
     }
@@ -254,17 +365,55 @@ fn is_set_up_alike(then: &Dataset, now: &Dataset) -> bool {
     equal(&then.base, &now.base) && equal(&then.tool, &now.tool) && then.balls.iter().all(ball_stays)
 }
 
+/// Gravity, m/s², forces, N, masses, kg, and their moments, kg m, that differ by less are equal: standard gravity is written in
+/// several ways.
+const EQUAL_LOAD: f64 = 0.01;
+
+/// The first load that two datasets state otherwise: gravity, the force of the plungers, a payload that both have.
+fn other_loads(then: &Dataset, now: &Dataset) -> Option<CheckError> {
+    let vector = |v: &Vector3<f64>, unit: &str| format!("[{:.3}, {:.3}, {:.3}] {unit}", v.x, v.y, v.z);
+    let differ = |field: &'static str, unit: &str, then: &Vector3<f64>, now: &Vector3<f64>| {
+        let error = || CheckError::OtherLoads { field, now: vector(now, unit), then: vector(then, unit) };
+        ((then - now).norm() > EQUAL_LOAD).then(error)
+    };
+    let gravity = differ("gravity_m_s2", "m/s²", &then.gravity, &now.gravity);
+    // Nothing else is pushed.
+    let is_pushed = now.samples.iter().any(|s| matches!(s.measured, Measured::Ball { .. }));
+    let force = || differ("contact_force_n", "N", &then.contact_force, &now.contact_force).filter(|_| is_pushed);
+    let payload = || {
+        let words = |p: &Payload| format!("'{}' of {:.3} kg at {}", p.name, p.mass, vector(&(p.com / MM), "mm"));
+        let alike =
+            |a: &Payload, b: &Payload| (a.mass - b.mass).abs() <= EQUAL_LOAD && (a.com - b.com).norm() * a.mass <= EQUAL_LOAD;
+        let mut pairs = now.payloads.iter().filter_map(|p| Some((then.payloads.iter().find(|other| other.name == p.name)?, p)));
+        let (before, after) = pairs.find(|pair| !alike(pair.0, pair.1))?;
+        Some(CheckError::OtherLoads { field: "payload", now: words(after), then: words(before) })
+    };
+    gravity.or_else(force).or_else(payload)
+}
+
+/// Root mean square.
+fn rms_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    (values.map(|x| x * x).sum::<f64>() / count).sqrt()
+}
+
+/// What is judged, and by what.
+struct Judging {
+    scene: Scene,
+    columns: Vec<(Condition, DMatrix<f64>)>,
+    evidence: Evidence,
+}
+
 /// A sample and its counterpart.
 struct Pair {
     now: String,
     then: String,
-    change: nalgebra::Vector3<f64>,
+    change: Vector3<f64>,
     noise: f64,
 }
 
 /// The counterparts of a sample: all rows of the same target, payload and pose.
 fn counterparts(sample: &Sample, now: &Dataset, then: &Dataset) -> Vec<usize> {
-    use crate::measure::Measured;
     let ball = |d: &Dataset, s: &Sample| match &s.measured {
         Measured::Ball { ball, .. } => d.balls.get(*ball).map(|b| b.id.clone()),
         Measured::Distance { anchor, .. } => d.anchors.get(*anchor).map(|a| format!("anchor {}", a.id)),

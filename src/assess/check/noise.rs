@@ -83,7 +83,7 @@ impl Whitening {
                 }
             }
             if one.target == other.target {
-                let times = shared + f64::from(u8::from(a == b));
+                let times = shared * (one.earlier * other.earlier).sqrt() + f64::from(u8::from(a == b));
                 (0..one.rows.1.min(other.rows.1)).for_each(|i| block[(i, i)] += times);
             }
             block

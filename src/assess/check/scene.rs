@@ -69,6 +69,9 @@ impl Scene {
             let pose = (0..k).find(|&l| seen[l].pose == l && near(&now.1.samples[l], sample)).unwrap_or(k);
             seen[k].target = (0..k).find(|&l| seen[l].pose == pose && compared[l] == same).unwrap_or(k);
             (seen[k].pose, seen[k].counterparts) = (pose, count);
+            // Whiteners are as the noise, inverted.
+            let own = after.whiteners[k].norm();
+            seen[k].earlier = same.iter().map(|&s| (own / before.whiteners[s].norm()).powi(2)).sum::<f64>() / count;
             pairs.push(Pair { now: sample.id.clone(), then: then.1.samples[same[0]].id.clone(), change, noise: f64::NAN });
             compared.push(same);
         }
@@ -79,6 +82,17 @@ impl Scene {
             pair.noise = whitening.variance(k).sqrt() * one;
         }
         Ok(Scene { pairs, seen, whitening, differences: differences.column(0).into_owned() })
+    }
+
+    /// Number of different poses of the arm.
+    pub fn poses(&self) -> usize {
+        self.seen.iter().enumerate().filter(|(k, s)| s.pose == *k).count()
+    }
+
+    /// Noise of one measurement, as stated, in units of that of its counterparts.
+    pub fn noise_ratio(&self) -> f64 {
+        let mean = self.seen.iter().map(|s| s.earlier).sum::<f64>() / self.seen.len().max(1) as f64;
+        mean.sqrt().recip()
     }
 
     /// The whitened displacement of all samples, one after the other, per unit of every elementary change.
@@ -162,6 +176,7 @@ fn applied(
             event: *first_of_stay.entry(stays[k]).or_insert(k),
             target: k,
             counterparts: 1.0,
+            earlier: 1.0,
             common: noise.common(&measured[k]),
             tool: whitened((0..3).map(|k| column(Site::tool(k))).collect()),
             base: whitened(Axis6::ALL.iter().map(|axis| column(Site::Base(*axis))).collect()),

@@ -18,6 +18,8 @@ pub(super) struct Seen {
     pub target: usize,
     /// Number of measurements that it is compared with.
     pub counterparts: f64,
+    /// Variance of the noise of one of them, in units of its own, as stated.
+    pub earlier: f64,
     /// Whitened motions of all targets of a pose from one stay there to the next, one-sigma each.
     pub common: Vec<Vector3<f64>>,
     /// Whitened displacement per unit, by condition, of those that act on all samples.

@@ -17,7 +17,7 @@ const HIGHEST_ORDER: usize = 20;
 /// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
 const TOLD_APART: f64 = 9.0;
 
-/// Fewest degrees of freedom beside differences within runs.
+/// Fewest degrees of freedom beside what the runs share, and beside differences within runs.
 const LEAST_LEFT: f64 = 10.0;
 
 /// The model with candidates, its set-ups assigned to runs.
@@ -68,6 +68,9 @@ impl Look {
         let drifts = declared(&examination, question.drifts, &months)?;
         let products = Products::new(&examination, &run_of_setup, 0..count);
         let reduced = products.reduced(&units.columns, &drifts)?;
+        if reduced.dof < LEAST_LEFT {
+            return Err(RunsError::TooFewRows { spare: reduced.dof });
+        }
         let of_arm = |unit: &&Unit| unit.kind == UnitKind::Parameter;
         let columns: Vec<usize> = units.all.iter().filter(of_arm).flat_map(|unit| unit.columns.clone()).collect();
         let within = reduced.within_runs(&columns);

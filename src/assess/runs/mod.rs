@@ -32,6 +32,7 @@ use thiserror::Error;
 use self::left_out::{changes_shown_by, with_curves};
 use self::look::Look;
 use self::tables::Tables;
+use super::noise::{Suspect, suspects};
 use crate::identify::{Calibration, Estimate, IdentifyError, Model, RunChange, Use, identify};
 use crate::measure::Dataset;
 
@@ -69,6 +70,12 @@ pub enum RunsError {
     NoRows {
         /// Name of the run.
         run: String,
+    },
+    /// What the runs share takes nearly all that was measured.
+    #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what the runs share; give runs with more rows")]
+    TooFewRows {
+        /// Degrees of freedom that are left.
+        spare: f64,
     },
     /// A declared drift is of no parameter that was fitted.
     #[error("'{name}' is no parameter of the arm that these runs determine; there are {known}")]
@@ -284,6 +291,20 @@ impl RunsComparison {
         let calibration = identify(&named, &model)?;
         Ok(tables::as_in(&calibration, last))
     }
+}
+
+/// Sets aside in every run the samples that disagree with all others of it, and returns them with the names of their runs.
+///
+/// A single gross error makes its run so noisy that no change is seen in it, or is taken for one. A run that cannot be fitted alone
+/// keeps its samples.
+pub fn set_suspects_aside(runs: &mut [(String, Dataset)], model: &Model) -> Vec<(String, Suspect)> {
+    let mut all = Vec::new();
+    for (name, dataset) in runs {
+        let Ok(found) = suspects(&[(name.as_str(), &*dataset)], model) else { continue };
+        dataset.samples.retain(|s| !Use::Fit.takes(s) || found.iter().all(|suspect| suspect.sample != s.id));
+        all.extend(found.into_iter().map(|suspect| (name.clone(), suspect)));
+    }
+    all
 }
 
 fn names<'a>(named: &[(&'a str, &Dataset)]) -> Vec<&'a str> {

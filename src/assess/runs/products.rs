@@ -309,6 +309,10 @@ impl Reduced {
     /// The same for halves of runs: each a list of (column under test, half, weight).
     fn explained_by_parts(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
         let n = directions.len();
+        if n == 0 {
+            let (coefficients, covariance) = (DVector::zeros(0), DMatrix::zeros(0, 0));
+            return Explained { squares: 0.0, directions: 0.0, coefficients, covariance };
+        }
         let place = |&(column, part, _): &(usize, usize, f64)| column * PARTS * self.runs + part;
         let mut gram = DMatrix::zeros(n, n);
         let mut whole = DVector::zeros(n);

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Charts, CheckError, CheckReference, RobotCheck};
+use calibench::assess::{Charts, CheckError, CheckReference, RobotCheck, rows_again};
 use calibench::files::{FileError, field_error, parse_toml, read_text, write_whole};
 use calibench::measure::{Dataset, read_dataset};
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
 
 /// Format tag.
@@ -23,6 +26,11 @@ pub struct History {
     calibration: PathBuf,
     /// The campaign with which all checks are compared, relative to this file.
     then: PathBuf,
+    /// Digests of the numbers of both, against which all checks were judged; files of older versions have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    calibration_digest: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    then_digest: Option<String>,
     /// The checks, the oldest first.
     #[serde(default)]
     pub check: Vec<Entry>,
@@ -46,15 +54,19 @@ pub struct Entry {
 }
 
 impl History {
-    /// Reads the history of a calibration and the campaign that it is compared with; an empty one if there is no file.
+    /// Reads the history of a calibration and the campaign that it is compared with, given with the digests of both; an empty
+    /// one if there is no file.
     ///
     /// # Errors
-    /// If the file is invalid, or of another calibration or campaign.
-    pub fn read(path: &Path, calibration: &Path, then: &Path) -> Result<Self, FileError> {
+    /// If the file is invalid, or of another calibration or campaign, be they of the same names.
+    pub fn read(path: &Path, calibration: &Path, then: &Path, digests: &[String; 2]) -> Result<Self, FileError> {
+        let [calibration_digest, then_digest] = digests.clone().map(Some);
         let new = History {
             format: FORMAT.into(),
             calibration: relative(path, calibration),
             then: relative(path, then),
+            calibration_digest,
+            then_digest,
             check: Vec::new(),
         };
         if !path.exists() {
@@ -72,9 +84,22 @@ impl History {
             let problem = format!("is {}, and this check is of {}", was.display(), is.display());
             return Err(field_error(path, &text, field, problem, "begin another history for another calibration or campaign"));
         }
+        let other = [
+            ("calibration_digest", "calibration", &history.calibration_digest, &new.calibration_digest),
+            ("then_digest", "campaign", &history.then_digest, &new.then_digest),
+        ]
+        .into_iter()
+        .find(|(_, _, was, is)| was.is_some() && was != is);
+        if let Some((field, what, ..)) = other {
+            let problem = format!("its checks were judged against another {what} of the same name");
+            return Err(field_error(path, &text, field, problem, "begin a new history"));
+        }
         match history.check.iter().enumerate().find_map(|(k, _)| history.wrong_entry(k)) {
             Some((field, problem, remedy)) => Err(field_error(path, &text, &field, problem, remedy)),
-            None => Ok(history),
+            None => {
+                let History { calibration_digest, then_digest, .. } = new;
+                Ok(History { calibration_digest, then_digest, ..history })
+            }
         }
     }
 
@@ -145,7 +170,7 @@ impl History {
     /// The datasets of all checks but the last, which is `now`, and the control charts of all.
     ///
     /// # Errors
-    /// If a dataset cannot be read any more, or not be compared.
+    /// If a dataset cannot be read any more, or not be compared, or if the last one is a copy of another.
     pub fn charts(
         &self,
         path: &Path,
@@ -156,6 +181,12 @@ impl History {
         let earlier = &self.check[..self.check.len().saturating_sub(1)];
         let read: Vec<Dataset> =
             earlier.iter().map(|entry| read_dataset(&beside.join(&entry.dataset))).collect::<Result<_, _>>()?;
+        let copied = earlier.iter().zip(&read).find_map(|(entry, before)| Some((entry, rows_again(now, before)?)));
+        if let (Some((entry, rows)), Some(last)) = (copied, self.check.last()) {
+            let problem = format!("{rows} of its rows are also those of the check of {}", entry.on);
+            let remedy = "the same measurements are no second check: measure again";
+            return Err(FileError::whole(&beside.join(&last.dataset).join("samples.csv"), problem, remedy));
+        }
         let (name, _) = reference.campaign();
         let checks: Vec<(&str, &Dataset)> = read.iter().chain([now]).map(|dataset| (name, dataset)).collect();
         Ok(Charts::of(reference, &checks))
@@ -170,6 +201,17 @@ pub fn day(text: &str) -> Result<String, String> {
     let parsed =
         text.parse::<toml::value::Datetime>().ok().filter(|d| d.date.is_some() && d.time.is_none() && d.offset.is_none());
     parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is no day; write it as 2026-11-24"))
+}
+
+/// The same, of a day that has come: where it is tomorrow already, too.
+///
+/// # Errors
+/// The reason why it is none.
+pub fn day_until_now(text: &str) -> Result<String, String> {
+    let text = day(text)?;
+    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+    let has_come = text.parse::<Date>().is_ok_and(|date| today.tomorrow().is_ok_and(|tomorrow| date <= tomorrow));
+    if has_come { Ok(text) } else { Err(format!("'{text}' is after today, {today}; give the day on which it was measured")) }
 }
 
 /// The same path without parts that mean nothing.

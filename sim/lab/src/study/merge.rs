@@ -55,9 +55,10 @@ fn joined(
         }
         let Extent { first, trials } = reader.extent();
         next = first + trials;
-        if !reader.is_whole() {
+        let line = reader.cut_line();
+        if line.is_some() || !reader.is_whole() {
             let remedy = "give the command that wrote it again: it goes on there";
-            return Err(FileError::whole(&shard.path, format!("was cut in trial {next}"), remedy));
+            return Err(FileError { line, ..FileError::whole(&shard.path, format!("was cut in trial {next}"), remedy) });
         }
         before = shard;
     }

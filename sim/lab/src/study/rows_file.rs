@@ -24,6 +24,8 @@ pub struct RowsReader {
     first: RowOfStudy,
     /// Byte offset after the last complete trial.
     whole: u64,
+    /// The last line has no end.
+    is_cut: bool,
 }
 
 /// Columns that determine the place of a row.
@@ -46,7 +48,7 @@ struct RowOfStudy {
 }
 
 impl RowsReader {
-    /// Opens a file of rows. An incomplete last line is ignored.
+    /// Opens a file of rows. An incomplete last line is not read; see [`RowsReader::cut_line`].
     ///
     /// # Errors
     /// If it cannot be read or is not a table of a study.
@@ -57,6 +59,7 @@ impl RowsReader {
 
     fn of(mut file: File, path: &Path) -> Result<Self, FileError> {
         let end = end_of_lines(&mut file).map_err(|e| cannot_be_read(path, e))?;
+        let is_cut = file.metadata().map_err(|e| cannot_be_read(path, e))?.len() > end;
         let mut reader = csv::Reader::from_reader(file.take(end));
         let header = reader.headers().map_err(|e| not_csv(path, &e))?.clone();
         let at = |name: &str| header.iter().position(|h| h == name);
@@ -76,6 +79,7 @@ impl RowsReader {
             rows: 0,
             first: RowOfStudy::default(),
             whole,
+            is_cut,
         })
     }
 
@@ -148,6 +152,11 @@ impl RowsReader {
     /// The complete trials read so far.
     pub fn extent(&self) -> Extent {
         Extent { first: self.first.trial, trials: self.rows.checked_div(self.rows_per_trial()).unwrap_or(0) }
+    }
+
+    /// Number of the incomplete last line, if there is one, once all lines before it are read.
+    pub fn cut_line(&self) -> Option<usize> {
+        self.is_cut.then(|| self.reader.position().line() as usize)
     }
 
     /// True if the rows read so far end with a complete trial.
