@@ -267,7 +267,7 @@ fn runs_too_short_to_be_halved_are_compared_and_shorter_ones_refused() {
         let runs = [campaign(&arm, rows, &mut rng, true), campaign(&arm, rows, &mut rng, true)];
         compared(&[("A", &runs[0]), ("B", &runs[1])], &geometry(), None)
     };
-    // With six residuals to spare, half of unchanged arms seemed to have changed.
+    // Half of unchanged arms seemed to have changed.
     let error = found(8).expect_err("too few rows");
     assert!(error.to_string().contains("to spare"), "{error}");
     for rows in [12, 25] {

@@ -117,6 +117,9 @@ pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, 
 
 /// The displacement by a change of unit size in the direction in which it displaces least; `None` if it does not displace there.
 fn least_seen(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
+    if matrix.is_empty() {
+        return None;
+    }
     let gram = matrix.tr_mul(matrix).symmetric_eigen();
     let (least, _) = gram.eigenvalues.argmin();
     let displaced = matrix * gram.eigenvectors.column(least);

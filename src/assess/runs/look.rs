@@ -17,7 +17,7 @@ const HIGHEST_ORDER: usize = 20;
 /// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
 const TOLD_APART: f64 = 9.0;
 
-/// Fewest degrees of freedom beside what the runs share, and beside differences within runs.
+/// Fewest degrees of freedom beside all differences between runs, and beside those within runs.
 const LEAST_LEFT: f64 = 10.0;
 
 /// The model with candidates, its set-ups assigned to runs.
@@ -68,9 +68,6 @@ impl Look {
         let drifts = declared(&examination, question.drifts, &months)?;
         let products = Products::new(&examination, &run_of_setup, 0..count);
         let reduced = products.reduced(&units.columns, &drifts)?;
-        if reduced.dof < LEAST_LEFT {
-            return Err(RunsError::TooFewRows { spare: reduced.dof });
-        }
         let of_arm = |unit: &&Unit| unit.kind == UnitKind::Parameter;
         let columns: Vec<usize> = units.all.iter().filter(of_arm).flat_map(|unit| unit.columns.clone()).collect();
         let within = reduced.within_runs(&columns);
@@ -105,6 +102,16 @@ impl Look {
     /// Variance of the residuals, with what the model lacks.
     pub fn variance(&self) -> f64 {
         self.reduced.unit() * self.lacking[0]
+    }
+
+    /// Checks that enough is left beside all parameters free in every run: with next to nothing left, every other run of unchanged
+    /// arms seemed to be of another robot.
+    ///
+    /// # Errors
+    /// If there is not.
+    pub fn expect_enough(&self, all_free: &RunsTest) -> Result<(), RunsError> {
+        let spare = self.reduced.dof - all_free.above;
+        if spare < LEAST_LEFT { Err(RunsError::TooFewRows { spare: spare.max(0.0) }) } else { Ok(()) }
     }
 
     /// All parameters and effects of the arm free in every run.

@@ -71,8 +71,8 @@ pub enum RunsError {
         /// Name of the run.
         run: String,
     },
-    /// What the runs share takes nearly all that was measured.
-    #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what the runs share; give runs with more rows")]
+    /// What may differ between the runs takes nearly all that was measured.
+    #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what may differ; give runs with more rows")]
     TooFewRows {
         /// Degrees of freedom that are left.
         spare: f64,
@@ -214,6 +214,7 @@ impl RunsComparison {
         observer("fitting one robot to all runs");
         let mut look = Look::at(&named, &model, &question)?;
         let before = look.all_free();
+        look.expect_enough(&before)?;
         while differences.len() < MOST_CHANGES {
             let Some(found) = look.best(&named) else { break };
             observer(&format!("{} {}: fitting again", found.effect, found.pattern.words(&names(&named))));
