@@ -1,7 +1,11 @@
-//! Rows of which one is a copy of another: they say the same, and not the same again.
+//! Rows of which one is a copy of another: they say the same, and not the same again; and digests by which a campaign is known again.
 
 use std::collections::{HashMap, HashSet};
 
+use sha2::{Digest, Sha256};
+
+use super::CheckReference;
+use crate::files::hexadecimal;
 use crate::measure::{Dataset, Measured, Sample};
 
 /// Share of the rows that may agree by chance: an instrument of coarse steps reads the same again now and then.
@@ -45,4 +49,18 @@ pub fn rows_again(now: &Dataset, earlier: &Dataset) -> Option<usize> {
     let same = keys(now).intersection(&keys(earlier)).count();
     let fewer = now.samples.len().min(earlier.samples.len());
     (same as f64 > BY_CHANCE * fewer as f64).then_some(same)
+}
+
+impl CheckReference<'_> {
+    /// Digests of the calibration and of the campaign: of their numbers, in whatever way these are written.
+    pub fn digests(&self) -> [String; 2] {
+        let number = |x: f64| format!("{x:e}");
+        let mut estimates = vec![self.calibration.robot.name.clone()];
+        estimates.extend(self.calibration.estimates.iter().map(|e| format!("{}={:e}", e.name, e.value)));
+        let then = self.then.1;
+        let mut numbers: Vec<String> = then.base.to_array().into_iter().chain(then.tool.to_array()).map(number).collect();
+        numbers.extend(then.balls.iter().flat_map(|ball| ball.position.iter().copied().map(number)));
+        numbers.extend(then.samples.iter().flat_map(|sample| sample.numbers().map(number)));
+        [estimates, numbers].map(|words| hexadecimal(&Sha256::digest(words.join(" "))[..8]))
+    }
 }

@@ -15,13 +15,13 @@ mod choose;
 mod conditions;
 mod copies;
 mod evidence;
+mod loads;
 mod noise;
 mod power;
 mod scene;
 mod seen;
 
 use nalgebra::{DMatrix, Vector3};
-use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 pub use charts::{Chart, ChartPoint, Charts, RUN_LENGTH};
@@ -34,14 +34,14 @@ pub use power::{Power, PowerAt, Quantity, SHOWN, Shown, Smallest, power_of_check
 use self::conditions::of_samples;
 use self::copies::same_measurement;
 use self::evidence::Evidence;
+use self::loads::other_loads;
 use self::noise::ComparisonNoise;
 use self::scene::{Scene, near, noise_of};
 use self::seen::{Seen, ends};
-use crate::files::hexadecimal;
 use crate::identify::{Calibration, IdentifyError, Use, are_copied};
 use crate::math::rms;
 use crate::measure::{Ball, Dataset, Measured, Sample};
-use crate::robot::{FramePose, Payload};
+use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
 /// Probability that a check ever reports a change where there is none.
@@ -316,18 +316,6 @@ impl<'a> CheckReference<'a> {
         Ok(check)
     }
 
-    /// Digests of the calibration and of the campaign: of their numbers, in whatever way these are written.
-    pub fn digests(&self) -> [String; 2] {
-        let number = |x: f64| format!("{x:e}");
-        let mut estimates = vec![self.calibration.robot.name.clone()];
-        estimates.extend(self.calibration.estimates.iter().map(|e| format!("{}={:e}", e.name, e.value)));
-        let then = self.then.1;
-        let mut numbers: Vec<String> = then.base.to_array().into_iter().chain(then.tool.to_array()).map(number).collect();
-        numbers.extend(then.balls.iter().flat_map(|ball| ball.position.iter().copied().map(number)));
-        numbers.extend(then.samples.iter().flat_map(|sample| sample.numbers().map(number)));
-        [estimates, numbers].map(|words| hexadecimal(&Sha256::digest(words.join(" "))[..8]))
-    }
-
     /// The noise of each comparison, one sigma per axis, m, whether the rows are measured already or not.
     ///
     /// # Errors
@@ -363,32 +351,6 @@ fn is_set_up_alike(then: &Dataset, now: &Dataset) -> bool {
         other.is_none_or(|other| (other.position - ball.position).norm() <= EQUAL)
     };
     equal(&then.base, &now.base) && equal(&then.tool, &now.tool) && then.balls.iter().all(ball_stays)
-}
-
-/// Gravity, m/s², forces, N, masses, kg, and their moments, kg m, that differ by less are equal: standard gravity is written in
-/// several ways.
-const EQUAL_LOAD: f64 = 0.01;
-
-/// The first load that two datasets state otherwise: gravity, the force of the plungers, a payload that both have.
-fn other_loads(then: &Dataset, now: &Dataset) -> Option<CheckError> {
-    let vector = |v: &Vector3<f64>, unit: &str| format!("[{:.3}, {:.3}, {:.3}] {unit}", v.x, v.y, v.z);
-    let differ = |field: &'static str, unit: &str, then: &Vector3<f64>, now: &Vector3<f64>| {
-        let error = || CheckError::OtherLoads { field, now: vector(now, unit), then: vector(then, unit) };
-        ((then - now).norm() > EQUAL_LOAD).then(error)
-    };
-    let gravity = differ("gravity_m_s2", "m/s²", &then.gravity, &now.gravity);
-    // Nothing else is pushed.
-    let is_pushed = now.samples.iter().any(|s| matches!(s.measured, Measured::Ball { .. }));
-    let force = || differ("contact_force_n", "N", &then.contact_force, &now.contact_force).filter(|_| is_pushed);
-    let payload = || {
-        let words = |p: &Payload| format!("'{}' of {:.3} kg at {}", p.name, p.mass, vector(&(p.com / MM), "mm"));
-        let alike =
-            |a: &Payload, b: &Payload| (a.mass - b.mass).abs() <= EQUAL_LOAD && (a.com - b.com).norm() * a.mass <= EQUAL_LOAD;
-        let mut pairs = now.payloads.iter().filter_map(|p| Some((then.payloads.iter().find(|other| other.name == p.name)?, p)));
-        let (before, after) = pairs.find(|pair| !alike(pair.0, pair.1))?;
-        Some(CheckError::OtherLoads { field: "payload", now: words(after), then: words(before) })
-    };
-    gravity.or_else(force).or_else(payload)
 }
 
 /// Root mean square.
