@@ -1,4 +1,4 @@
-//! Rows of which one is a copy of another: they say the same, and not the same again; and digests by which a campaign is known again.
+//! Copies: rows that say the same, and not the same again; and digests by which a campaign is known again.
 
 use std::collections::{HashMap, HashSet};
 
