@@ -105,7 +105,7 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
         (&["weld.src", "c.toml", "-o", "new"], "is no robot program"),
         (&["wide.src", "-o", "new"], "single bytes"),
         (&["weld.src", "weld.dat", "-o", "c.toml"], "-o c.toml: is read by this command"),
-        (&["weld.src", "weld.dat", "-o", "t.csv"], "name a folder"),
+        (&["weld.src", "weld.dat", "-o", "a.ls"], "name a folder"),
         (&["weld.src", "-o", "new.src", "--krl", "m"], "--krl"),
         (&["t.csv", "-o", "new.csv", "--partly"], "--partly"),
         (&["a.ls", "-o", "new"], "holds no position that is written out"),
