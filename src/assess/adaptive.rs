@@ -5,8 +5,8 @@
 //! The prediction is that of every other verb ([`WorkspaceError`]): noise, and what the model may lack, drawn from what the
 //! samples say of both. Its 90 % quantile is compared with what is wanted.
 //!
-//! From few samples, what the model lacks is hardly told from what it has, and the prediction may double or halve from one look to the
-//! next. A campaign that ended at the first good one would end at a lucky one: the last [`LOOKS`] must all be good.
+//! From few samples, what the model lacks is hardly told from what it has, and the prediction may double or halve from one look
+//! to the next. A campaign that ended at the first good one would end at a lucky one: the last [`LOOKS`] must all be good.
 
 use super::examination::Examination;
 use super::next::{Criterion, Designer, Pool, first_choice};
@@ -97,8 +97,8 @@ impl Adaptive {
         Ok(next.or(Some(0)))
     }
 
-    /// Predicts the error from all that was measured, and from a little less: a campaign asks for no pose after its last one, and one that was finished
-    /// before asks for none at all.
+    /// Predicts the error from all that was measured, and from a little less: a campaign asks for no pose after its last one,
+    /// and one that was finished before asks for none at all.
     ///
     /// # Errors
     /// When the samples do not fit the model.

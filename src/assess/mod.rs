@@ -7,6 +7,7 @@ mod at_new_poses;
 mod background;
 mod check;
 mod comparison;
+mod copied;
 mod cross_validation;
 mod curve_families;
 mod detectability;

@@ -92,10 +92,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !reference.is_as_calibrated() {
         note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
     }
-    if let Some(path) = &arguments.history {
-        // A history of another calibration is refused before anything moves.
-        History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
-    }
     if let Some(folder) = &arguments.dataset {
         return judge(arguments, &reference, &calibration.robot.name, folder);
     }
@@ -103,6 +99,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (Some(plan), Some(folder)) = (&arguments.plan, &arguments.output) else {
         return Err("say where to write the dataset: -o DATASET".into());
     };
+    if let Some(path) = &arguments.history {
+        // A history of another calibration is refused before anything moves.
+        History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
+    }
     match probe(arguments, &reference, (cell, plan), folder)? {
         Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &reference, &calibration.robot.name, folder),
         outcome => Ok(outcome),

@@ -5,11 +5,9 @@ use std::collections::{HashMap, HashSet};
 use sha2::{Digest, Sha256};
 
 use super::CheckReference;
+use crate::assess::copied::{BY_CHANCE, in_both};
 use crate::files::hexadecimal;
 use crate::measure::{Dataset, Measured, Sample};
-
-/// Share of the rows that may agree by chance: an instrument of coarse steps reads the same again now and then.
-const BY_CHANCE: f64 = 0.2;
 
 /// The numbers of a row, and its target.
 fn key(sample: &Sample) -> Vec<u64> {
@@ -46,9 +44,7 @@ pub(super) fn same_measurement(samples: &[Sample]) -> Option<(&Sample, &Sample)>
 /// Number of rows of a check that are rows of an earlier one as well; `None` if they are no more than chance has it.
 pub fn rows_again(now: &Dataset, earlier: &Dataset) -> Option<usize> {
     let keys = |dataset: &Dataset| dataset.samples.iter().filter(|s| is_read(s)).map(key).collect::<HashSet<_>>();
-    let same = keys(now).intersection(&keys(earlier)).count();
-    let fewer = now.samples.len().min(earlier.samples.len());
-    (same as f64 > BY_CHANCE * fewer as f64).then_some(same)
+    in_both([&keys(now), &keys(earlier)], [now.samples.len(), earlier.samples.len()])
 }
 
 impl CheckReference<'_> {

@@ -32,6 +32,7 @@ use thiserror::Error;
 use self::left_out::{changes_shown_by, with_curves};
 use self::look::Look;
 use self::tables::Tables;
+use super::copied::in_both;
 use super::noise::{Suspect, suspects};
 use crate::identify::{Calibration, Estimate, IdentifyError, Model, RunChange, Use, identify};
 use crate::measure::Dataset;
@@ -41,9 +42,6 @@ pub const RUNS_FALSE_ALARM: f64 = 0.01;
 
 /// Largest number of differences that are named: a robot in which more has changed is another robot.
 const MOST_CHANGES: usize = 4;
-
-/// Share of the rows of the smaller of two runs that may be the same in both.
-const COPIED: f64 = 0.2;
 
 /// Days of a month.
 pub const DAYS_A_MONTH: f64 = 30.44;
@@ -347,9 +345,8 @@ fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
         runs.iter().map(|run| run.dataset.samples.iter().map(key).collect()).collect();
     for (k, run) in runs.iter().enumerate() {
         for (j, first) in runs[..k].iter().enumerate() {
-            let same = rows[k].intersection(&rows[j]).count();
-            if same as f64 > COPIED * rows[k].len().min(rows[j].len()) as f64 {
-                return Err(RunsError::SameRows { run: run.name.into(), first: first.name.into(), rows: same });
+            if let Some(rows) = in_both([&rows[k], &rows[j]], [rows[k].len(), rows[j].len()]) {
+                return Err(RunsError::SameRows { run: run.name.into(), first: first.name.into(), rows });
             }
         }
     }
