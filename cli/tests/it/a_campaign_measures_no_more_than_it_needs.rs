@@ -69,6 +69,10 @@ mod served {
     use super::*;
     use crate::served::{Bench, assert_none_lost, measurements};
 
+    /// What is asked of a robot that has more errors than its model. What is predicted for it wanders between 0.2 and 0.45 mm, by
+    /// the noise of the served cell, which depends on the clock: an aim in this range would be reached now and then.
+    const AIM_MM: &str = "0.6";
+
     /// Probings after which the campaign is killed, before it can have enough.
     const KILLED_AFTER: usize = 10;
 
@@ -78,7 +82,7 @@ mod served {
         let mut served = bench.serve(&[]);
         served.tell("ball out");
         bench.write_cell(&served, "", "", "[guards]\njoint_margin_deg = 0.0");
-        let until = ["--until-mm", "0.35", "--mastered"];
+        let until = ["--until-mm", AIM_MM, "--mastered"];
         let mut process = bench.measure("short", &until).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let journal = bench.path("short.journal");
         let began = Instant::now();
@@ -96,10 +100,10 @@ mod served {
         let said = String::from_utf8_lossy(&other.stderr).into_owned();
         assert!(other.status.code() == Some(2) && said.contains("until_mm"), "{said}");
 
-        let resumed = bench.measured("short", &["--until-mm", "0.35", "--resume"]);
+        let resumed = bench.measured("short", &["--until-mm", AIM_MM, "--resume"]);
         let said = String::from_utf8_lossy(&resumed.stdout).into_owned();
         assert!(resumed.status.success(), "{said}{}", String::from_utf8_lossy(&resumed.stderr));
-        assert!(said.contains("Enough: ") && said.contains("below 0.35 mm with a probability of 90 %"), "{said}");
+        assert!(said.contains("Enough: ") && said.contains("below 0.6 mm with a probability of 90 %"), "{said}");
         let taken = rows(&bench.path("short"));
         assert!((before.len()..60).contains(&taken), "{taken} probings, {} before the kill", before.len());
         assert_none_lost(&before, &bench.path("short"));
