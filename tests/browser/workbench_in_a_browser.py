@@ -189,6 +189,15 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     if pictures:
         page.screenshot(path=pictures / "workbench-hovered.png")
 
+    # The ladder, cancelled as soon as it can be: everything is as it was, and what was asked for before is still there.
+    before = figures()
+    page.click("#recommend")
+    timed("cancel the ladder", lambda: page.click("#cancel"))
+    status = page.locator("#status").inner_text()
+    found.unless(status.startswith("Cancelled"), f"cancelled, the page says '{status}'")
+    found.unless(page.is_hidden("#cancel") and page.is_disabled("#undo"), "cancelled, the workbench is not as it was")
+    found.unless(figures() == before, f"cancelled, the page shows {figures()}, not {before}")
+
     # A step down.
     step = printed(program, "add", effect or first, str(dataset))
     if effect:

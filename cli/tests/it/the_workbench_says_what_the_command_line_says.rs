@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
 use crate::workbench::Workbench;
 use serde_json::{Value, json};
@@ -123,6 +125,19 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(forced["accepted"], true);
     assert_eq!(bench.get("document")["step"]["after"], verb["after"]);
     bench.act("undo", &json!({}));
+
+    // A ladder that nobody waits for any more leads nowhere.
+    let here = untimed(bench.get("document"));
+    thread::scope(|scope| {
+        let climbing = scope.spawn(|| bench.ask("POST", "/api/recommend", &[], "{}"));
+        while bench.get("progress")["doing"] == "" {
+            thread::sleep(Duration::from_millis(5));
+        }
+        bench.act("cancel", &json!({}));
+        let answer = climbing.join().unwrap();
+        assert!(answer.status == 422 && answer.body.contains("Cancelled; the workbench is as it was"), "{}", answer.body);
+    });
+    assert_eq!(untimed(bench.get("document")), here);
 
     // The recommendation is that of the ladder, taken in one step.
     let verb = printed(&at, &["ladder", "trical", "-o", "recommended.toml", "--json"]);

@@ -1,7 +1,9 @@
 //! The user's actions: each leads to another set of effects, is answered with the figures of its fit, and refused if there is
 //! evidence against it.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, PoisonError};
 
 use calibench::assess::{
@@ -88,17 +90,41 @@ impl Bench {
     /// Continues with the model that the ladder recommends, in one step; without a step if it is the present one.
     ///
     /// # Errors
-    /// If the data do not determine the model.
+    /// If the data do not determine the model; if it is cancelled, or another action led elsewhere meanwhile.
     pub fn recommend(&self) -> Result<Value, Refusal> {
-        let _alone = self.act();
+        let cancelled = self.cancelled.load(Ordering::SeqCst);
+        let is_cancelled = || self.cancelled.load(Ordering::SeqCst) != cancelled;
+        // The climb takes long, and keeps no other action waiting.
         let Judged { moment: here, page_model, .. } = self.judged()?;
-        let climbed = self.subject(&here, |subject| {
-            ladder(subject.datasets, &here.model, page_model.ground(), &mut |climb| self.tell(&narrated(&climb)))
-        })?;
+        let mut observe = |climb: Climb<'_>| {
+            if is_cancelled() {
+                resume_unwind(Box::new(Refusal::Cancelled));
+            }
+            self.tell(&narrated(&climb));
+        };
+        let climb = || self.subject(&here, |s| ladder(s.datasets, &here.model, page_model.ground(), &mut observe));
+        let climbed = match catch_unwind(AssertUnwindSafe(climb)) {
+            Ok(climbed) => climbed?,
+            Err(_) if is_cancelled() => return Err(Refusal::Cancelled),
+            Err(panic) => resume_unwind(panic),
+        };
+        let _alone = self.act();
+        if is_cancelled() {
+            return Err(Refusal::Cancelled);
+        }
+        if !self.here().is(&here) {
+            return Err(Refusal::Changed);
+        }
         let advice = advice(&climbed);
         let mut answer = self.go_on_to(&here, &climbed.recommended().model)?;
         answer["advice"] = json!(advice);
         Ok(answer)
+    }
+
+    /// Ends the ladder that is being climbed, at its next step; its result is not taken in any case.
+    pub fn cancel(&self) -> Value {
+        self.cancelled.fetch_add(1, Ordering::SeqCst);
+        json!({})
     }
 
     /// Continues with the effects of a model that holds those of the present one, in one step.
@@ -216,7 +242,7 @@ impl Bench {
     fn answer(&self, before: &Moment, after: &Moment, objections: &[Objection]) -> Value {
         let (accepted, figures) = {
             let mut state = self.state();
-            let accepted = state.history.here().model == after.model && state.history.here().chosen == after.chosen;
+            let accepted = state.history.here().is(after);
             let mut figures = |of: &Moment| state.set_mut(of).map(|set| set.figures.clone());
             (accepted, [figures(before), figures(after)])
         };

@@ -13,7 +13,7 @@ use super::refusal::Refusal;
 pub const VIEWS: [&str; 3] = ["document", "views", "progress"];
 
 /// Everything else that can be asked; those that begin with `save-` write files.
-pub const ACTIONS: [&str; 13] = [
+pub const ACTIONS: [&str; 14] = [
     "candidate",
     "choose",
     "switch",
@@ -21,6 +21,7 @@ pub const ACTIONS: [&str; 13] = [
     "undo",
     "redo",
     "recommend",
+    "cancel",
     "next",
     "save-model",
     "save-calibration",
@@ -86,6 +87,7 @@ impl Bench {
             "undo" => nothing().map(|Nothing {}| self.turn(-1))??,
             "redo" => nothing().map(|Nothing {}| self.turn(1))??,
             "recommend" => nothing().map(|Nothing {}| self.recommend())??,
+            "cancel" => nothing().map(|Nothing {}| self.cancel())?,
             "next" => nothing().map(|Nothing {}| self.next_experiment())??,
             "save-model" => nothing().map(|Nothing {}| self.save_model())??.json(),
             "save-calibration" => nothing().map(|Nothing {}| self.save_calibration())??.json(),

@@ -4,7 +4,7 @@
 //! the background, for the present set of effects, in this order; where nobody works in the background, whoever waits for
 //! something computes it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use calibench::assess::{FittedModel, Gain, LadderStep};
@@ -32,6 +32,8 @@ pub struct Bench {
     pub(super) acting: Mutex<()>,
     /// True once somebody computes in the background.
     pub(super) worked: AtomicBool,
+    /// Number of times that whoever waited for a ladder waited no more.
+    pub(super) cancelled: AtomicU64,
     /// What is being done, for whoever waits for an action.
     doing: Mutex<String>,
     /// Receives the same as it changes.
@@ -63,6 +65,7 @@ impl Bench {
             changed: Condvar::new(),
             acting: Mutex::new(()),
             worked: AtomicBool::new(false),
+            cancelled: AtomicU64::new(0),
             doing: Mutex::default(),
             told: Box::new(|_| ()),
         };
@@ -195,7 +198,7 @@ impl Bench {
         let ladder = {
             let mut state = self.state();
             let here = state.history.here_mut();
-            if here.model == moment.model && here.chosen == moment.chosen && here.changed == moment.changed {
+            if here.is(moment) && here.changed == moment.changed {
                 here.rung = rung;
                 here.objections = objections.unwrap_or(std::mem::take(&mut here.objections));
             }

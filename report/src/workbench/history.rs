@@ -36,6 +36,11 @@ impl Moment {
         Moment { chosen, model: switches.model(), switches, changed, objections: Vec::new(), rung: Value::Null }
     }
 
+    /// True if the other one is of the same model and data.
+    pub fn is(&self, other: &Moment) -> bool {
+        self.model == other.model && self.chosen == other.chosen
+    }
+
     /// The figures of the fit alone.
     pub fn first_rung(&self, figures: &Value) -> Value {
         let mut rung = figures.clone();

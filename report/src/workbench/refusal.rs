@@ -20,6 +20,9 @@ pub enum Refusal {
     /// What was asked for is of a model that is no longer the present one.
     #[error("the model has changed in the meantime")]
     Changed,
+    /// Nobody waits for it any more.
+    #[error("Cancelled; the workbench is as it was before.")]
+    Cancelled,
     /// Data and model do not match.
     #[error("{}", with_reasons(.0))]
     Data(#[from] IdentifyError),

@@ -1,6 +1,7 @@
 //! Choice of the few poses of a campaign whose repetition tells the conditions apart.
 
 use nalgebra::DMatrix;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::conditions::{Condition, of_samples};
 use super::evidence::orthonormal;
@@ -38,10 +39,9 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: (&str, &Dataset), c
     let mut taken = vec![false; seen.len()];
     while chosen.len() < count.min(seen.len()) {
         let with = |k: usize| chosen.iter().copied().chain([k]).collect::<Vec<_>>();
-        let best = (0..seen.len())
-            .filter(|&k| !taken[k])
-            .map(|k| (k, separation(&columns, &seen, &with(k))))
-            .reduce(|best, next| if next.1 > best.1 { next } else { best });
+        let left: Vec<usize> = (0..seen.len()).filter(|&k| !taken[k]).collect();
+        let separated: Vec<f64> = left.par_iter().map(|&k| separation(&columns, &seen, &with(k))).collect();
+        let best = left.into_iter().zip(separated).reduce(|best, next| if next.1 > best.1 { next } else { best });
         let Some((k, _)) = best else { break };
         repeats(k).into_iter().for_each(|other| taken[other] = true);
         chosen.push(k);

@@ -32,12 +32,15 @@ struct Tried {
 }
 
 /// From deviations with their standard uncertainties, and the plausible size of the catalogue.
+///
+/// What is so uncertain that its square cannot be written tells nothing.
 pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
+    let seen: Vec<&[f64; 2]> = seen.iter().filter(|s| s.iter().all(|v| (v * v).is_finite())).collect();
     let of = |step: usize| {
         let tau = plausible * LOWEST * 10f64.powf(step as f64 / A_DECADE);
         // The mean has a wide prior of its own, so that the restricted likelihood is that of one robot more at nominal.
         let (mut information, mut pull, mut squares, mut volume) = ((MEAN * plausible).powi(-2), 0.0, 0.0, 0.0);
-        for [x, sigma] in seen {
+        for &&[x, sigma] in &seen {
             let variance = tau * tau + sigma * sigma;
             information += 1.0 / variance;
             pull += x / variance;
@@ -79,6 +82,12 @@ mod tests {
         let seen: Vec<[f64; 2]> = [-1.2, 0.4, 0.9, -0.3, 1.5, -0.8, 0.1, -1.4, 0.6, 0.2].map(|x| [x, 1.0]).to_vec();
         let found = between(&seen, 1.0);
         assert!(found.between < 0.7 && found.mean.abs() < 0.3, "{found:?}");
+    }
+
+    #[test]
+    fn what_is_not_determined_changes_nothing() {
+        let known = [[0.001, 1e-4], [-0.001, 1e-4]];
+        assert_eq!(between(&[known[0], known[1], [0.0, 1e160]], 1.0), between(&known, 1.0));
     }
 
     #[test]

@@ -151,5 +151,5 @@ const backend = (() => {
     return { opened, shown: state.open() };
   }
 
-  return { ask, follow, cancel, saved, open, begin: (show) => { state.open = show; } };
+  return { ask, follow, can_cancel: () => true, cancel, saved, open, begin: (show) => { state.open = show; } };
 })();

@@ -4,7 +4,8 @@
 // The program is reached through `backend`, which the script before this one defines:
 //   ask(what, body)  answers, or throws an error with the field of the page in error;
 //   follow(tell)     tells what is being done until the function that it returns is called;
-//   cancel           ends the action that is waited for, whose question then throws; null where that cannot be done;
+//   can_cancel(what) is true if a question can be cancelled;
+//   cancel           ends the action that is waited for, whose question then throws;
 //   saved(answer)    does what remains to be done with files that were written;
 //   begin(open)      calls `open` whenever other data are open.
 
@@ -60,7 +61,7 @@ function act(before, path, body, after, mistake = (error) => say(error.message, 
     say(before);
     const began = performance.now();
     const still = backend.follow(say);
-    by_id("cancel").hidden = !backend.cancel;
+    by_id("cancel").hidden = !backend.can_cancel(path);
     const done = () => { still(); by_id("cancel").hidden = true; };
     try {
       const told = await ask(path, body);
