@@ -8,12 +8,12 @@
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::linear_model::Kind;
+use super::linear_model::{Kind, Outer};
 use crate::identify::Circumstance;
 use crate::units::URAD;
 
@@ -117,6 +117,35 @@ impl JointErrors {
             row += at.height;
         }
         all
+    }
+
+    /// The columns of all shapes, joint by joint, as factors: `first` is the index of the first column of [`Self::columns`]
+    /// among those of a model of so many `rows`.
+    pub fn factors(&self, circumstances: &[Circumstance], first: usize, rows: usize) -> Vec<Outer> {
+        let mut joints = Vec::new();
+        circumstances.iter().take(1).for_each(|at| self.errors(at, &mut |j, _| joints.push(j)));
+        let mut own = joints.clone();
+        own.sort_unstable();
+        own.dedup();
+        let of_joint = |&j: &usize| {
+            let columns: Vec<usize> = (0..joints.len()).filter(|&c| joints[c] == j).collect();
+            let mut lever = DVector::zeros(rows);
+            let mut shapes = DMatrix::zeros(circumstances.len(), columns.len());
+            let mut row = 0;
+            for (s, at) in circumstances.iter().enumerate() {
+                let mut column = 0;
+                self.errors(at, &mut |of, size| {
+                    if of == j {
+                        shapes[(s, column)] = size;
+                        column += 1;
+                    }
+                });
+                (0..at.height).for_each(|k| lever[row + k] = at.joints[j][k]);
+                row += at.height;
+            }
+            Outer { lever, shapes, columns: columns.into_iter().map(|c| first + c).collect() }
+        };
+        own.iter().map(of_joint).collect()
     }
 
     /// Passes the error of each shape in these circumstances to `each`: the joint, and its angle error, rad.

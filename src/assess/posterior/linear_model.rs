@@ -36,6 +36,17 @@ pub struct Group {
     pub size: Size,
 }
 
+/// Columns that are one vector at every sample, each times a number of its own: errors of one joint, whose axis moves the
+/// measured point always in the same way. Products of such rows are products of these numbers, of which there are fewer.
+pub struct Outer {
+    /// The vector of each row.
+    pub lever: DVector<f64>,
+    /// The numbers: one row per sample, for the first samples; one column per coefficient.
+    pub shapes: DMatrix<f64>,
+    /// Indices of the columns.
+    pub columns: Vec<usize>,
+}
+
 /// The linear model.
 pub struct LinearModel {
     /// One row per residual, in units of the noise; one column per coefficient.
@@ -44,6 +55,8 @@ pub struct LinearModel {
     pub y: DVector<f64>,
     /// Rows of each sample, which share a weight.
     pub samples: Vec<Range<usize>>,
+    /// Columns that can be multiplied at less cost; they are among those of `x`, and of groups whose size is drawn.
+    pub outers: Vec<Outer>,
     /// Groups in the order of the columns, without gaps.
     pub groups: Vec<Group>,
     /// Prior variance of the noise, in units of the noise squared, and its degrees of freedom; `None` if unknown.

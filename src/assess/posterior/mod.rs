@@ -133,7 +133,8 @@ impl Posterior {
         let is_known = yardstick.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
         let noise = known.map(|known| (known, STATED_NOISE));
-        let draws = LinearModel { x, y, samples, groups, noise }.draws(SEED)?;
+        let outers = shapes.factors(&taken, m + n, y.len());
+        let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED)?;
         Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
     }
 

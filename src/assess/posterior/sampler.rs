@@ -215,7 +215,7 @@ mod tests {
         let samples: Vec<Range<usize>> = (0..rows / 3).map(|s| 3 * s..3 * s + 3).collect();
         let e: Vec<f64> = samples.iter().flat_map(|_| truth.noise_of_sample(3, random)).collect();
         let y = &x * &b + DVector::from_vec(e);
-        (LinearModel { x, y, samples, groups, noise: Some((1.0, 10.0)) }, b)
+        (LinearModel { x, y, samples, outers: Vec::new(), groups, noise: Some((1.0, 10.0)) }, b)
     }
 
     /// Simulation-based calibration (Talts and others 2018): ranks of the truth among the draws are uniform.

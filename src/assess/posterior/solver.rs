@@ -1,10 +1,12 @@
 //! Draw of all coefficients of the linear model at once, given their sizes and the noise.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use super::chance::normal;
-use super::linear_model::{Group, LinearModel, Size, State};
+use super::linear_model::{Group, LinearModel, Outer, Size, State};
 use crate::identify::FitError;
 use crate::math::linalg::{self, Cholesky};
 
@@ -15,9 +17,53 @@ const REWEIGH: usize = 10;
 /// Draws all coefficients at once, using the smaller of the two normal matrices.
 pub enum Solver {
     /// Matrix of rows x rows.
-    ByRows { factor: Cholesky, known: DMatrix<f64>, drawn: Vec<usize>, scaled: DMatrix<f64>, kernel: DMatrix<f64> },
+    ByRows {
+        factor: Cholesky,
+        known: DMatrix<f64>,
+        drawn: Vec<usize>,
+        scaled: DMatrix<f64>,
+        outers: Vec<OuterProduct>,
+        kernel: DMatrix<f64>,
+    },
     /// Matrix of columns x columns: the rows weighted and transposed, their products, and the weighted residuals.
     ByColumns { factor: Cholesky, weighted: DMatrix<f64>, products: DMatrix<f64>, y: DVector<f64>, scaled: DMatrix<f64> },
+}
+
+/// Memory for the products of columns that are factored.
+pub struct OuterProduct {
+    scaled: DMatrix<f64>,
+    product: DMatrix<f64>,
+    column: DVector<f64>,
+}
+
+impl OuterProduct {
+    fn new(outer: &Outer) -> Self {
+        let (samples, columns) = outer.shapes.shape();
+        OuterProduct {
+            scaled: DMatrix::zeros(samples, columns),
+            product: DMatrix::zeros(samples, samples),
+            column: DVector::zeros(outer.lever.len()),
+        }
+    }
+
+    /// Adds the products of the rows, with these variances of all columns, to the lower triangle of `kernel`.
+    fn add(&mut self, outer: &Outer, samples: &[Range<usize>], variance: &[f64], kernel: &mut DMatrix<f64>) {
+        let OuterProduct { scaled, product, column } = self;
+        for ((mut to, from), &k) in scaled.column_iter_mut().zip(outer.shapes.column_iter()).zip(&outer.columns) {
+            to.axpy(variance[k].sqrt(), &from, 0.0);
+        }
+        linalg::normal_matrix(scaled, product);
+        let samples = &samples[..outer.shapes.nrows()];
+        let end = samples.last().map_or(0, |last| last.end);
+        for (s, own) in samples.iter().enumerate() {
+            for (later, rows) in samples.iter().enumerate().skip(s) {
+                rows.clone().for_each(|r| column[r] = outer.lever[r] * product[(later, s)]);
+            }
+            for c in own.clone() {
+                kernel.column_mut(c).rows_mut(c, end - c).axpy(outer.lever[c], &column.rows(c, end - c), 1.0);
+            }
+        }
+    }
 }
 
 impl Solver {
@@ -33,7 +79,10 @@ impl Solver {
             };
         }
         let is_drawn = |g: &&Group| matches!(g.size, Size::Drawn(_));
-        let drawn: Vec<usize> = model.groups.iter().filter(is_drawn).flat_map(|g| g.columns.clone()).collect();
+        let mut is_outer = vec![false; columns];
+        model.outers.iter().flat_map(|outer| &outer.columns).for_each(|&k| is_outer[k] = true);
+        let drawn = model.groups.iter().filter(is_drawn).flat_map(|g| g.columns.clone());
+        let drawn: Vec<usize> = drawn.filter(|&k| !is_outer[k]).collect();
         let sizes = model.groups.iter().filter_map(|g| match g.size {
             Size::Known(variance) => Some(g.columns.clone().map(move |k| (k, variance))),
             Size::Drawn(_) => None,
@@ -46,7 +95,8 @@ impl Solver {
         let mut known = DMatrix::zeros(rows, rows);
         linalg::normal_matrix(&x, &mut known);
         let scaled = DMatrix::zeros(rows, drawn.len());
-        Solver::ByRows { factor: Cholesky::new(rows), known, drawn, scaled, kernel: DMatrix::zeros(rows, rows) }
+        let outers = model.outers.iter().map(OuterProduct::new).collect();
+        Solver::ByRows { factor: Cholesky::new(rows), known, drawn, scaled, outers, kernel: DMatrix::zeros(rows, rows) }
     }
 
     pub fn draw(
@@ -63,12 +113,15 @@ impl Solver {
             group.columns.clone().for_each(|k| variance[k] = own);
         }
         match self {
-            Solver::ByRows { factor, known, drawn, scaled, kernel } => {
+            Solver::ByRows { factor, known, drawn, scaled, outers, kernel } => {
                 for (mut to, &k) in scaled.column_iter_mut().zip(drawn.iter()) {
                     to.axpy(variance[k].sqrt(), &model.x.column(k), 0.0);
                 }
                 linalg::normal_matrix(scaled, kernel);
                 *kernel += &*known;
+                for (product, outer) in outers.iter_mut().zip(&model.outers) {
+                    product.add(outer, &model.samples, &variance, kernel);
+                }
                 let mut noise = DVector::zeros(rows);
                 for (own, weight) in model.samples.iter().zip(&state.weight) {
                     own.clone().for_each(|r| noise[r] = state.noise / weight);
@@ -113,5 +166,43 @@ impl Solver {
                 Ok(b.component_mul(&scale))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::linear_model::Kind;
+    use super::*;
+
+    #[test]
+    fn factored_columns_are_multiplied_as_they_stand() {
+        let mut random = <ChaCha8Rng as rand::SeedableRng>::seed_from_u64(1);
+        // The last row is of no sample that moves a joint.
+        let (samples, rows, columns) = (vec![0..3, 3..4, 4..10, 10..11], 11, vec![2, 0, 3]);
+        let mut of = |rows: usize, columns: usize| DMatrix::from_fn(rows, columns, |_, _| normal(&mut random));
+        let (shapes, lever) = (of(3, 3), of(rows, 1).column(0).into_owned());
+        let mut x = DMatrix::zeros(rows, 12);
+        for (s, own) in samples[..3].iter().enumerate() {
+            for r in own.clone() {
+                columns.iter().enumerate().for_each(|(c, &k)| x[(r, k)] = lever[r] * shapes[(s, c)]);
+            }
+        }
+        x.columns_mut(4, 8).copy_from(&of(rows, 8));
+        let y = of(rows, 1).column(0).into_owned();
+        let groups = vec![
+            Group { columns: 0..4, size: Size::Drawn(Kind::Curves) },
+            Group { columns: 4..9, size: Size::Drawn(Kind::Catalogue) },
+            Group { columns: 9..12, size: Size::Known(2.0) },
+        ];
+        let outers = vec![Outer { lever, shapes, columns }];
+        let factored =
+            LinearModel { x: x.clone(), y: y.clone(), samples: samples.clone(), outers, groups: groups.clone(), noise: None };
+        let plain = LinearModel { x, y, samples, outers: Vec::new(), groups, noise: None };
+        let state = State { common: [1.0; 3], variance: vec![0.5, 3.0, 1.0], weight: vec![0.7; 4], noise: 0.3, tail: 4.0 };
+        let drawn = [factored, plain].map(|model| {
+            let mut random = <ChaCha8Rng as rand::SeedableRng>::seed_from_u64(2);
+            Solver::new(&model).draw(&model, &state, 0, &mut random).unwrap()
+        });
+        assert!((&drawn[0] - &drawn[1]).amax() < 1e-12 * drawn[1].amax(), "{drawn:?}");
     }
 }
