@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::chance::{chi_squared, normal, one_of};
-use super::linear_model::{KINDS, LinearModel, Size, State};
+use super::linear_model::{Group, KINDS, LinearModel, Size, State};
 use super::solver::Solver;
 use crate::identify::FitError;
 
@@ -99,9 +99,9 @@ impl LinearModel {
         let mut draws = Vec::with_capacity(KEPT);
         for sweep in 0..FORGOTTEN + KEPT {
             let mut b = solver.draw(self, &state, sweep, random)?;
-            self.scale_kinds(&mut b, &mut state, random);
+            let left = self.scale_kinds(&mut b, &mut state, random);
             self.sizes(&b, &mut state, random);
-            self.noise(&b, &mut state, random);
+            self.noise(&left, &mut state, random);
             if sweep >= FORGOTTEN {
                 draws.push(Draw { b, noise: state.noise, tail: state.tail, common: state.common });
             }
@@ -129,15 +129,20 @@ impl LinearModel {
 
     /// Scales the coefficients, sizes and common size of a kind together. Only the data determine this scale, and it
     /// moves freely where they contain no information (Liu & Sabatti 2000). Drawn one after the other, these quantities
-    /// would hardly move.
-    fn scale_kinds(&self, b: &mut DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
-        let mut left = &self.y - &self.x * &*b;
-        for kind in KINDS {
-            let of_kind = || self.groups.iter().filter(|g| g.size == Size::Drawn(kind)).map(|g| g.columns.clone());
-            let mut own = DVector::zeros(left.len());
-            for columns in of_kind() {
-                own.gemv(1.0, &self.x.columns(columns.start, columns.len()), &b.rows(columns.start, columns.len()), 1.0);
+    /// would hardly move. Returns the residuals that are left.
+    fn scale_kinds(&self, b: &mut DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) -> DVector<f64> {
+        let mut left = self.y.clone();
+        let mut of_kinds = KINDS.map(|_| DVector::zeros(left.len()));
+        for Group { columns, size } in &self.groups {
+            let (x, b) = (self.x.columns(columns.start, columns.len()), b.rows(columns.start, columns.len()));
+            match size {
+                Size::Known(_) => left.gemv(-1.0, &x, &b, 1.0),
+                Size::Drawn(kind) => of_kinds[*kind as usize].gemv(1.0, &x, &b, 1.0),
             }
+        }
+        of_kinds.iter().for_each(|own| left -= own);
+        for (kind, own) in KINDS.into_iter().zip(&of_kinds) {
+            let of_kind = || self.groups.iter().filter(|g| g.size == Size::Drawn(kind)).map(|g| g.columns.clone());
             let (mut with_left, mut with_own) = (0.0, 0.0);
             for (rows, weight) in self.samples.iter().zip(&state.weight) {
                 let (l, o) = (left.rows(rows.start, rows.len()), own.rows(rows.start, rows.len()));
@@ -157,13 +162,13 @@ impl LinearModel {
                 }
             }
             state.common[kind as usize] = common;
-            left.axpy(1.0 - factor, &own, 1.0);
+            left.axpy(1.0 - factor, own, 1.0);
         }
+        left
     }
 
-    /// Draws the weights of the samples, the scale of the noise and its tail.
-    fn noise(&self, b: &DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
-        let left = &self.y - &self.x * b;
+    /// Draws the weights of the samples, the scale of the noise and its tail, from the residuals that are left.
+    fn noise(&self, left: &DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
         let squares: Vec<f64> = self.samples.iter().map(|rows| left.rows(rows.start, rows.len()).norm_squared()).collect();
         for ((weight, rows), square) in state.weight.iter_mut().zip(&self.samples).zip(&squares) {
             *weight = chi_squared(state.tail + rows.len() as f64, random) / (state.tail + square / state.noise);
@@ -188,7 +193,6 @@ mod tests {
     use nalgebra::DMatrix;
     use rand::RngExt;
 
-    use super::super::linear_model::Group;
     use super::*;
 
     const ROBOTS: u64 = 500;

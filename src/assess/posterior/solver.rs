@@ -1,7 +1,5 @@
 //! Draw of all coefficients of the linear model at once, given their sizes and the noise.
 
-use std::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
@@ -46,21 +44,31 @@ impl OuterProduct {
         }
     }
 
-    /// Adds the products of the rows, with these variances of all columns, to the lower triangle of `kernel`.
-    fn add(&mut self, outer: &Outer, samples: &[Range<usize>], variance: &[f64], kernel: &mut DMatrix<f64>) {
-        let OuterProduct { scaled, product, column } = self;
-        for ((mut to, from), &k) in scaled.column_iter_mut().zip(outer.shapes.column_iter()).zip(&outer.columns) {
+    /// Forms the products of the samples, with these variances of all columns.
+    fn weigh(&mut self, outer: &Outer, variance: &[f64]) {
+        for ((mut to, from), &k) in self.scaled.column_iter_mut().zip(outer.shapes.column_iter()).zip(&outer.columns) {
             to.axpy(variance[k].sqrt(), &from, 0.0);
         }
-        linalg::normal_matrix(scaled, product);
-        let samples = &samples[..outer.shapes.nrows()];
+        linalg::normal_matrix(&self.scaled, &mut self.product);
+    }
+
+    /// Adds the products of all rows to the lower triangle of `kernel`.
+    fn add_all(all: &mut [OuterProduct], model: &LinearModel, kernel: &mut DMatrix<f64>) {
+        let samples = &model.samples[..model.outers.first().map_or(0, |outer| outer.shapes.nrows())];
         let end = samples.last().map_or(0, |last| last.end);
+        let sample_of: Vec<usize> = samples.iter().enumerate().flat_map(|(s, own)| own.clone().map(move |_| s)).collect();
         for (s, own) in samples.iter().enumerate() {
-            for (later, rows) in samples.iter().enumerate().skip(s) {
-                rows.clone().for_each(|r| column[r] = outer.lever[r] * product[(later, s)]);
+            let first = own.start;
+            for (OuterProduct { product, column, .. }, Outer { lever, .. }) in all.iter_mut().zip(&model.outers) {
+                let of_samples = &product.as_slice()[s * samples.len()..][..samples.len()];
+                let rows = column.as_mut_slice()[first..end].iter_mut().zip(&lever.as_slice()[first..end]);
+                rows.zip(&sample_of[first..]).for_each(|((to, lever), &of)| *to = lever * of_samples[of]);
             }
             for c in own.clone() {
-                kernel.column_mut(c).rows_mut(c, end - c).axpy(outer.lever[c], &column.rows(c, end - c), 1.0);
+                let mut to = kernel.column_mut(c);
+                for (OuterProduct { column, .. }, Outer { lever, .. }) in all.iter().zip(&model.outers) {
+                    to.rows_mut(c, end - c).axpy(lever[c], &column.rows(c, end - c), 1.0);
+                }
             }
         }
     }
@@ -119,9 +127,8 @@ impl Solver {
                 }
                 linalg::normal_matrix(scaled, kernel);
                 *kernel += &*known;
-                for (product, outer) in outers.iter_mut().zip(&model.outers) {
-                    product.add(outer, &model.samples, &variance, kernel);
-                }
+                outers.iter_mut().zip(&model.outers).for_each(|(product, outer)| product.weigh(outer, &variance));
+                OuterProduct::add_all(outers, model, kernel);
                 let mut noise = DVector::zeros(rows);
                 for (own, weight) in model.samples.iter().zip(&state.weight) {
                     own.clone().for_each(|r| noise[r] = state.noise / weight);
@@ -151,10 +158,14 @@ impl Solver {
                 let precision = |k: usize| products[(k, k)] / state.noise + 1.0 / variance[k];
                 let scale = DVector::from_fn(columns, |k, _| 1.0 / precision(k).sqrt());
                 for c in 0..columns {
-                    for r in c + 1..columns {
-                        scaled[(r, c)] = products[(r, c)] / state.noise * scale[r] * scale[c];
-                    }
-                    scaled[(c, c)] = 1.0;
+                    let below = c + 1..columns;
+                    let by = scale[c] / state.noise;
+                    let from = products.column(c);
+                    let mut to = scaled.column_mut(c);
+                    to[c] = 1.0;
+                    to.rows_range_mut(below.clone()).copy_from(&from.rows_range(below.clone()));
+                    to.rows_range_mut(below.clone()).component_mul_assign(&scale.rows_range(below.clone()));
+                    to.rows_range_mut(below).scale_mut(by);
                 }
                 factor.factor(scaled)?;
                 // Data and prior are each perturbed by their own noise: the solution is then a draw.
