@@ -22,7 +22,8 @@ pub(super) struct Background {
     /// which are not small.
     columns: Vec<usize>,
     vectors: DMatrix<f64>,
-    lambda: DVector<f64>,
+    /// What a size of the background takes of each principal direction.
+    weights: [DVector<f64>; SIZES.len()],
     /// Inner products with the remainder, in the principal directions.
     b: DVector<f64>,
     /// Remainder at each size, and the log evidence of that size.
@@ -44,14 +45,15 @@ impl Background {
         let b = vectors.tr_mul(&z.select_rows(&columns));
         let mut remainders = Vec::new();
         let mut ln_evidence = Vec::new();
-        for tau in SIZES {
+        let weights = SIZES.map(|tau| lambda.map(|l| tau * tau / (1.0 + tau * tau * l)));
+        for (tau, weight) in SIZES.into_iter().zip(&weights) {
             let t2 = tau * tau;
-            let taken: f64 = lambda.iter().zip(&b).map(|(l, b)| t2 / (1.0 + t2 * l) * b * b).sum();
+            let taken: f64 = weight.iter().zip(&b).map(|(w, b)| w * b * b).sum();
             let volume: f64 = lambda.iter().map(|l| -0.5 * (t2 * l).ln_1p()).sum();
             ln_evidence.push(volume + remainder.gain(taken));
             remainders.push(Remainder { squares: (remainder.squares - taken).max(1e-12 * remainder.squares), ..*remainder });
         }
-        Ok(Background { columns, vectors, lambda, b, remainders, ln_evidence })
+        Ok(Background { columns, vectors, weights, b, remainders, ln_evidence })
     }
 
     /// Transforms columns, given by their inner products with all columns of the examination, to the background's
@@ -63,10 +65,8 @@ impl Background {
     /// The candidate with the background of size `SIZES[t]` taken into account; `along` holds its columns in the
     /// principal directions.
     fn seen(&self, t: usize, k: &DMatrix<f64>, z: &DVector<f64>, along: &DMatrix<f64>) -> Seen {
-        let t2 = SIZES[t] * SIZES[t];
-        let weight = self.lambda.map(|l| t2 / (1.0 + t2 * l));
         let mut weighted = along.clone();
-        weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(&weight));
+        weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(&self.weights[t]));
         Seen::new(k - along.tr_mul(&weighted), &(z - weighted.tr_mul(&self.b)))
     }
 

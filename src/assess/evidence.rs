@@ -6,6 +6,9 @@ use nalgebra::{DMatrix, DVector};
 /// Sizes over which a candidate is averaged, one sigma in plausible sizes: a decade either side of 1.
 pub(super) const SIZES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
+/// Factors are multiplied until their product is larger than this.
+const LARGE: f64 = 1e100;
+
 /// Residual of the fit, and the certainty of its noise. The scale of the chi-square is itself uncertain, so all tests
 /// are Student's. A stated scale that is wrong by half then raises no false alarm; from some thirty degrees of freedom
 /// on this costs no power.
@@ -62,12 +65,17 @@ impl Seen {
     /// normal with one sigma of s plausible sizes, and s is averaged over `sizes`.
     pub fn ln_evidence(&self, remainder: &Remainder, sizes: &[f64]) -> f64 {
         let of_size = |&s: &f64| {
-            let (mut volume, mut explained) = (0.0, 0.0);
+            let (mut ln_grown, mut grown, mut explained) = (0.0, 1.0, 0.0);
             for (l, u) in self.lambda.iter().zip(&self.u) {
-                volume -= 0.5 * (s * s * l).ln_1p();
+                // One logarithm of the product in place of many.
+                grown *= 1.0 + s * s * l;
+                if grown > LARGE {
+                    ln_grown += grown.ln();
+                    grown = 1.0;
+                }
                 explained += s * s * u * u / (1.0 + s * s * l);
             }
-            volume + remainder.gain(explained)
+            remainder.gain(explained) - 0.5 * (ln_grown + grown.ln())
         };
         ln_sum_exp(sizes.iter().map(of_size)) - (sizes.len() as f64).ln()
     }
@@ -98,6 +106,14 @@ mod tests {
         let by_hand = -0.5 * 4.0_f64.ln() + 0.5 * 36.0 / 4.0;
         assert!((seen.ln_evidence(&remainder, &[1.0]) - by_hand).abs() < 1e-6);
         assert_eq!(seen.explained(), (12.0, 1));
+    }
+
+    #[test]
+    fn the_volume_of_many_columns_is_the_sum_of_their_logarithms() {
+        let lambda: Vec<f64> = (0..60).map(|k| 10f64.powi(k % 40 - 20)).collect();
+        let seen = Seen { lambda: DVector::from_vec(lambda.clone()), u: DVector::zeros(60) };
+        let sum: f64 = lambda.iter().map(|l| -0.5 * l.ln_1p()).sum();
+        assert!((seen.ln_evidence(&Remainder { squares: 1.0, dof: 1.0 }, &[1.0]) - sum).abs() < 1e-9);
     }
 
     #[test]

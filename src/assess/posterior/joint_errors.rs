@@ -99,28 +99,9 @@ impl JointErrors {
         curves.chain(self.pairs.iter().map(|pair| (Kind::Pairs, pair.features.len())))
     }
 
-    /// Columns of all shapes at plausible size. The rows are those of the circumstances in order, whitened in the same
-    /// way.
-    pub fn columns(&self, circumstances: &[Circumstance]) -> DMatrix<f64> {
-        let rows = circumstances.iter().map(|c| c.height).sum();
-        let mut all = DMatrix::zeros(rows, self.groups().map(|(_, count)| count).sum());
-        let mut sizes = Vec::with_capacity(all.ncols());
-        let mut row = 0;
-        for at in circumstances {
-            sizes.clear();
-            self.errors(at, &mut |j, size| sizes.push((j, size)));
-            for (column, (j, size)) in sizes.iter().enumerate() {
-                for k in 0..at.height {
-                    all[(row + k, column)] = at.joints[*j][k] * size;
-                }
-            }
-            row += at.height;
-        }
-        all
-    }
-
-    /// The columns of all shapes, joint by joint, as factors: `first` is the index of the first column of [`Self::columns`]
-    /// among those of a model of so many `rows`.
+    /// The columns of all shapes at plausible size, joint by joint; the first one has the index `first`, in the order of
+    /// [`groups`](Self::groups). The `rows` are those of the circumstances in order, whitened in the same way, and others after
+    /// them, which no shape moves.
     pub fn factors(&self, circumstances: &[Circumstance], first: usize, rows: usize) -> Vec<Outer> {
         let mut joints = Vec::new();
         circumstances.iter().take(1).for_each(|at| self.errors(at, &mut |j, _| joints.push(j)));

@@ -47,6 +47,17 @@ pub struct Outer {
     pub columns: Vec<usize>,
 }
 
+impl Outer {
+    /// Writes the columns into `x`, whose rows belong to these samples.
+    pub fn write(&self, samples: &[Range<usize>], x: &mut DMatrix<f64>) {
+        for (&k, shape) in self.columns.iter().zip(self.shapes.column_iter()) {
+            for (own, size) in samples.iter().zip(&shape) {
+                own.clone().for_each(|r| x[(r, k)] = self.lever[r] * size);
+            }
+        }
+    }
+}
+
 /// The linear model.
 pub struct LinearModel {
     /// One row per residual, in units of the noise; one column per coefficient.

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use self::joint_errors::JointErrors;
-use self::linear_model::{Group, Kind, LinearModel, Size};
+use self::linear_model::{Group, Kind, LinearModel, Outer, Size};
 use self::sampler::Draw;
 use super::at_new_poses::AtNewPoses;
 use super::examination::{Examination, Span};
@@ -22,6 +22,7 @@ use super::level::is_noise_overstated;
 use super::noise::JointSteps;
 use crate::effects::{EffectId, Owner};
 use crate::identify::{IdentifyError, Model, Parameter, Prior};
+use crate::math::linalg;
 use crate::measure::Dataset;
 
 /// Largest number of samples used; of more, only every k-th is.
@@ -115,7 +116,6 @@ impl Posterior {
             samples.push(places.len()..places.len() + stretch.len());
             places.extend(stretch);
         }
-        let of_shapes = shapes.columns(&taken);
         let mut x = DMatrix::zeros(places.len(), first);
         let mut y = DVector::zeros(places.len());
         for (to, &from) in places.iter().enumerate() {
@@ -125,7 +125,8 @@ impl Posterior {
             }
             y[to] = row[m + n] - (0..m).map(|k| x[(to, k)] * centre[k]).sum::<f64>();
         }
-        x.view_mut((0, m + n), of_shapes.shape()).copy_from(&of_shapes);
+        let outers = shapes.factors(&taken, m + n, y.len());
+        outers.iter().for_each(|outer| outer.write(&samples, &mut x));
         let units = examination.squared_units();
         let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
         // The rounding of joint angles is part of the instrument noise.
@@ -133,7 +134,6 @@ impl Posterior {
         let is_known = yardstick.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
         let noise = known.map(|known| (known, STATED_NOISE));
-        let outers = shapes.factors(&taken, m + n, y.len());
         let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED)?;
         Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
     }
@@ -152,12 +152,19 @@ impl Posterior {
         let there = AtNewPoses::of_the_arm(there, examination)?;
         let fields = there.fields();
         let known = self.unit.len();
-        let of_shapes = self.shapes.columns(&there.plain_circumstances());
-        let mut all = DMatrix::zeros(fields.nrows(), self.draws.len());
+        let of = |k: usize, draw: usize| self.unit[k] * (self.centre[k] + self.draws[draw].b[k]);
+        let mut all = linalg::product(&fields, &DMatrix::from_fn(known, self.draws.len(), of));
+        let circumstances = there.plain_circumstances();
+        for Outer { lever, shapes, columns } in self.shapes.factors(&circumstances, known, fields.nrows()) {
+            let of = |k: usize, draw: usize| self.draws[draw].b[columns[k]];
+            let turned = linalg::product(&shapes, &DMatrix::from_fn(columns.len(), self.draws.len(), of));
+            for (mut error, turned) in all.column_iter_mut().zip(turned.column_iter()) {
+                for (p, angle) in turned.iter().enumerate() {
+                    error.fixed_rows_mut::<3>(3 * p).axpy(*angle, &lever.fixed_rows::<3>(3 * p), 1.0);
+                }
+            }
+        }
         for (mut error, draw) in all.column_iter_mut().zip(&self.draws) {
-            let own = DVector::from_fn(known, |k, _| self.unit[k] * (self.centre[k] + draw.b[k]));
-            error.gemv(1.0, &fields, &own, 0.0);
-            error.gemv(1.0, &of_shapes, &draw.b.rows(known, of_shapes.ncols()), 1.0);
             let excess = self.known.map_or(1.0, |known| 1.0 - known / draw.mean_square());
             let share = self.noise_m * excess.max(0.0).sqrt();
             for p in 0..fields.nrows() / 3 {

@@ -192,12 +192,9 @@ mod tests {
         let (samples, rows, columns) = (vec![0..3, 3..4, 4..10, 10..11], 11, vec![2, 0, 3]);
         let mut of = |rows: usize, columns: usize| DMatrix::from_fn(rows, columns, |_, _| normal(&mut random));
         let (shapes, lever) = (of(3, 3), of(rows, 1).column(0).into_owned());
+        let outer = Outer { lever, shapes, columns };
         let mut x = DMatrix::zeros(rows, 12);
-        for (s, own) in samples[..3].iter().enumerate() {
-            for r in own.clone() {
-                columns.iter().enumerate().for_each(|(c, &k)| x[(r, k)] = lever[r] * shapes[(s, c)]);
-            }
-        }
+        outer.write(&samples, &mut x);
         x.columns_mut(4, 8).copy_from(&of(rows, 8));
         let y = of(rows, 1).column(0).into_owned();
         let groups = vec![
@@ -205,7 +202,7 @@ mod tests {
             Group { columns: 4..9, size: Size::Drawn(Kind::Catalogue) },
             Group { columns: 9..12, size: Size::Known(2.0) },
         ];
-        let outers = vec![Outer { lever, shapes, columns }];
+        let outers = vec![outer];
         let factored =
             LinearModel { x: x.clone(), y: y.clone(), samples: samples.clone(), outers, groups: groups.clone(), noise: None };
         let plain = LinearModel { x, y, samples, outers: Vec::new(), groups, noise: None };
