@@ -1,11 +1,12 @@
 //! Checks whether the true arm touches anything on its path, independently of the planner.
 //!
 //! It shares nothing with the planner: it takes the frames from the plant of the true arm, halves every motion until no
-//! two bodies can meet in a part of it, and computes distances with parry's general query.
+//! two bodies can meet in a part of it, and computes distances with parry's general query where balls around them meet.
 
 use calibench::robot::{Pose, Robot, Shape, Solid, Surroundings};
 use calibench::units::MM;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
+use parry3d_f64::bounding_volume::BoundingSphere;
 use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::query;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
@@ -26,6 +27,8 @@ struct Body {
     frame: Option<usize>,
     shape: SharedShape,
     local: DPose3,
+    /// Ball around the body, in the axes of `local`.
+    around: BoundingSphere,
     /// Largest distance of the body from the frame's origin.
     reach: f64,
     /// Centre in the world, m, if this is a ball of the artifact.
@@ -50,7 +53,8 @@ impl Body {
                 (shape, DPose3::from_translation(mm(centre)), (centre.norm() + half_size.norm()) / MM, None)
             }
         };
-        Body { name: solid.name.clone(), frame, shape, local, reach, ball, is_carried }
+        let around = shape.compute_local_bounding_sphere();
+        Body { name: solid.name.clone(), frame, shape, local, around, reach, ball, is_carried }
     }
 }
 
@@ -119,6 +123,8 @@ impl CollisionCheck {
                 .sum()
         };
         let travel: Vec<f64> = self.bodies.iter().map(travels).collect();
+        let around = |i: usize| self.bodies[i].around.transform_by(&placed[i]);
+        let around: Vec<BoundingSphere> = (0..placed.len()).map(around).collect();
         let mut open = Vec::new();
         let mut furthest: f64 = 0.0;
         for &[i, j] in pairs {
@@ -126,6 +132,11 @@ impl CollisionCheck {
             if self.is_seated(i, j, &tool) {
                 open.push([i, j]);
                 furthest = furthest.max(bound);
+                continue;
+            }
+            // Most pairs are so far apart that their balls are.
+            let (ball, other) = (&around[i], &around[j]);
+            if (ball.center - other.center).length() - ball.radius - other.radius > bound {
                 continue;
             }
             // `map_or` covers shapes that parry cannot compare; there are none among these.
