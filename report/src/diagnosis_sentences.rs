@@ -133,7 +133,10 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             d.residuals,
             d.residuals - d.dof
         )),
-        Verdict::NothingLeft | Verdict::SuspectSamples | Verdict::DataDoNotFit => all.push(format!(
+        Verdict::DataDoNotFit => all.push(format!(
+            "{word}: data do not fit. What the model leaves is no noise: correct the data, and diagnose again."
+        )),
+        Verdict::NothingLeft | Verdict::SuspectSamples => all.push(format!(
             "{word}: nothing left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
         )),
         Verdict::NoiseLargerThanStated => all.push(format!(

@@ -29,7 +29,7 @@ pub use self::bench::Bench;
 pub use self::case::Case;
 pub use self::front::{MARKUP, SCRIPT, STYLE};
 pub use self::in_browser::page_in_browser;
-pub use self::opening::{LocatedError, locate_in_data, located_misfit, model_for};
+pub use self::opening::{LocatedError, copied_rows, locate_in_data, located_misfit, model_for};
 pub use self::proposal_files::write_proposal;
 pub use self::saving::Place;
 pub use self::step::{StepError, Wanted};

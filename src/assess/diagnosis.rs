@@ -138,6 +138,13 @@ pub struct Diagnosis {
 const OUTLIER_ODDS: f64 = 20.0;
 
 impl Diagnosis {
+    /// Of data that do not fit their robot and were taken all the same: what the model leaves of them is no noise.
+    pub fn doubt_noise(&mut self) {
+        if self.verdict_without_suspects.unwrap_or(self.verdict).is_noise() {
+            (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);
+        }
+    }
+
     /// True if the residuals are fewer than two for each unknown: an effect that the model lacks would hardly show.
     pub fn is_thin(&self) -> bool {
         2 * self.dof < self.residuals

@@ -23,6 +23,9 @@ const COMPUTED: f64 = 0.015 * MM;
 /// Residual of a nominal arm, m, at which the proposal is settled: the worst arm that was seen leaves some ten millimetres.
 const FITS: f64 = 20.0 * MM;
 
+/// Fewest rows from which base and tool are found.
+const FEWEST: usize = 4;
+
 /// A proposed map.
 #[derive(Debug, Clone)]
 pub struct Guess {
@@ -52,6 +55,8 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         return Err(no_columns(path, &table, robot).into());
     }
     let mut best: Option<Tried<'_>> = None;
+    let mut refused = None;
+    let are_targets = triples.iter().all(|triple| table.is_target(triple[0]));
     for triple in triples {
         let plain = Proposal {
             table: &table,
@@ -64,10 +69,15 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             minus: None,
         };
         let mut found = if table.is_target(triple[0]) { None } else { plain.best(path) };
+        if found.is_none() && refused.is_none() {
+            refused = plain.read(path).err();
+        }
         if let Some(computed) = found.take_if(|found| found.residual <= COMPUTED) {
             let leaves = computed.residual / MM;
-            reasons
-                .push(format!("{} were computed from the joints: the nominal arm leaves {leaves:.4} mm", table.titles(triple)));
+            reasons.push(format!(
+                "{} were computed from the joints: the nominal arm leaves {leaves:.4} mm",
+                table.titles(&triple)
+            ));
         }
         if found.is_none() {
             let differences = table.differences(&triple).into_iter();
@@ -87,7 +97,11 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
                 let problem = format!("{computed}; nothing measured is left");
                 FileError::whole(path, problem, "give the table of the measured positions")
             }
-            None => no_columns(path, &table, robot),
+            None => match refused {
+                Some(refusal) => return Err(refusal),
+                None if are_targets => no_columns(path, &table, robot),
+                None => no_fit(path, &table, robot, &joints),
+            },
         }
         .into());
     };
@@ -107,6 +121,21 @@ fn no_columns(path: &Path, table: &Table, robot: &Robot) -> FileError {
     let titles: Vec<&str> = table.columns.iter().map(|c| c.title.as_str()).filter(|t| !t.is_empty()).collect();
     let problem = format!("shows no {} columns of joint angles beside three of positions", robot.joints());
     let remedy = format!("write a map by hand (docs/importing.md); the columns are {}", titles.join(", "));
+    FileError::whole(path, problem, remedy)
+}
+
+/// Columns like those of joints and positions, of which nothing makes this robot.
+fn no_fit(path: &Path, table: &Table, robot: &Robot, joints: &[usize]) -> FileError {
+    if table.rows < FEWEST {
+        let problem = format!("has too few rows: {}; a base and a tool are found from {FEWEST} at least", table.rows);
+        return FileError::whole(path, problem, "give the table with all its rows");
+    }
+    let problem = format!(
+        "does not fit '{}': with {} as its joints, no columns are its positions, in whatever unit that the titles leave open",
+        robot.name,
+        table.titles(joints)
+    );
+    let remedy = "check that it is this robot, and that the units in the titles are those of the numbers; or write a map by hand (docs/importing.md)";
     FileError::whole(path, problem, remedy)
 }
 
@@ -180,11 +209,15 @@ impl<'a> Proposal<'a> {
         }
     }
 
+    /// The rows, read so.
+    fn read(&self, path: &Path) -> Result<Dataset, ImportError> {
+        let (map, dataset) = ColumnMap::parse(Path::new("map"), &self.map(), Path::new(""))?;
+        Ok(by_map(&map, dataset, &[path.to_path_buf()], &ImportOptions::default().sets)?.0)
+    }
+
     /// Residual of the nominal arm with base and tool fitted, rms, m, and the dataset; `None` if the rows cannot be read so.
     fn residual(&self, path: &Path) -> Option<(f64, Dataset)> {
-        let text = self.map();
-        let (map, dataset) = ColumnMap::parse(Path::new("map"), &text, Path::new("")).ok()?;
-        let (dataset, _) = by_map(&map, dataset, &[path.to_path_buf()], &ImportOptions::default().sets).ok()?;
+        let dataset = self.read(path).ok()?;
         let misses = dataset.samples.iter().filter_map(|s| {
             let Measured::Point(point) = s.measured else { return None };
             Some(
@@ -199,7 +232,7 @@ impl<'a> Proposal<'a> {
     }
 
     fn reasons(&self, residual: f64) -> [String; 3] {
-        let named = |columns| self.table.titles(columns);
+        let named = |columns: [usize; 3]| self.table.titles(&columns);
         let points = match self.minus {
             None => format!("positions: {}", named(self.points)),
             Some(minus) => format!(

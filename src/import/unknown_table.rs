@@ -24,15 +24,20 @@ pub(super) struct TableColumn {
     pub stem: String,
     /// Unit in the title.
     pub unit: Option<&'static str>,
-    /// Largest number; `None` if some entries are no numbers.
+    /// Largest number; `None` if more entries than may have failed are no numbers.
     pub largest: Option<f64>,
 }
+
+/// Largest share of the entries of a column of numbers that are none, as where a measurement failed.
+const FAILED: f64 = 0.1;
 
 /// A table as far as it is known.
 pub(super) struct Table {
     pub delimiter: u8,
     pub decimal: char,
     pub header: bool,
+    /// Number of rows that were looked at.
+    pub rows: usize,
     pub columns: Vec<TableColumn>,
 }
 
@@ -56,12 +61,21 @@ impl Table {
         let titles = if header { records.remove(0) } else { vec![String::new(); first.len()] };
         let column = |(k, title): (usize, String)| {
             let entries = records.iter().filter_map(|r| r.get(k)).filter(|t| !t.is_empty());
-            let numbers: Option<Vec<f64>> = entries.map(|t| number(t, decimal)).collect();
-            let largest = numbers.filter(|n| !n.is_empty()).map(|n| n.iter().fold(0.0f64, |m, v| m.max(v.abs())));
+            let entries: Vec<&String> = entries.collect();
+            let numbers: Vec<f64> = entries.iter().filter_map(|t| number(t, decimal)).filter(|n| n.is_finite()).collect();
+            // A measurement that failed now and then makes no other column of it.
+            let are_numbers = !numbers.is_empty() && (entries.len() - numbers.len()) as f64 <= FAILED * entries.len() as f64;
+            let largest = are_numbers.then(|| numbers.iter().fold(0.0f64, |m, v| m.max(v.abs())));
             let (stem, unit) = without_unit(&title);
             TableColumn { place: k + 1, title, stem, unit, largest }
         };
-        Ok(Table { delimiter, decimal, header, columns: titles.into_iter().enumerate().map(column).collect() })
+        Ok(Table {
+            delimiter,
+            decimal,
+            header,
+            rows: records.len(),
+            columns: titles.into_iter().enumerate().map(column).collect(),
+        })
     }
 
     pub fn words(&self) -> String {
@@ -161,8 +175,8 @@ impl Table {
         if c.title.is_empty() { format!("column {}", c.place) } else { format!("`{}`", c.title) }
     }
 
-    pub fn titles(&self, columns: [usize; 3]) -> String {
-        columns.map(|k| self.title(k)).join(", ")
+    pub fn titles(&self, columns: &[usize]) -> String {
+        columns.iter().map(|&k| self.title(k)).collect::<Vec<_>>().join(", ")
     }
 
     /// True if a column is called a target: it was not measured.

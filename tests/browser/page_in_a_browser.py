@@ -119,6 +119,15 @@ class Page:
         self.page.select_option("#robot", robot)
         self.waits("#open-files")
 
+    def drops(self, folder, names):
+        """Opens the files of these datasets as a drop of their folders does."""
+        files = [(f"{name}/{n}", (folder / name / n).read_text(encoding="utf-8")) for name in names for n in ("dataset.toml", "samples.csv")]
+        self.page.evaluate("""files => {
+          opening.files = files.map(([path, text]) => ({ path, file: new File([text], path.split("/").pop()) }));
+          open_files();
+        }""", files)
+        self.page.wait_for_selector("body:not([data-opening])[aria-busy='false']", timeout=PATIENCE)
+
     def unfolds(self):
         self.page.evaluate("document.getElementById('ways').open = true")
 
@@ -197,6 +206,31 @@ def wrong_files(program, page, tables, scratch, found):
     # The robot of another maker.
     page.opens([tables / "table.csv"], "panda")
     found.unless(page.error(), "a UR5's table is taken for a Panda's")
+    # A table given twice is refused, and what was open before stands as it stood.
+    of_before = "document.title + document.getElementById('opened').textContent + document.getElementById('now').textContent"
+    page.opens([tables / "ripple" / n for n in ("dataset.toml", "samples.csv", "probings.csv", "campaign.journal")])
+    settled(page.page)
+    before = page.page.evaluate(of_before)
+    twice = scratch / "twice"
+    for name in ("a", "b"):
+        shutil.copytree(tables / "ripple", twice / name)
+    page.drops(twice, ["a", "b"])
+    found.unless("would count twice" in page.error(), f"twice: the page says '{page.error()}'")
+    found.unless(page.page.evaluate(of_before) == before, f"twice: the page shows {page.page.evaluate(of_before)}, not {before}")
+    # Exchanged columns: refused, opened all the same when asked, with nothing that calls it noise; what is chosen meanwhile does not count.
+    rows = [line.split(",") for line in good]
+    swapped = [",".join([row[0], row[2], row[1], *row[3:]]) for row in rows[1:]]
+    (scratch / "swapped.csv").write_text("\n".join([good[0], *swapped]) + "\n", encoding="utf-8")
+    page.opens([scratch / "swapped.csv"], "ur5")
+    found.unless(page.error() and page.page.is_visible("#all-the-same"), f"swapped: the page says '{page.error()}'")
+    page.page.set_input_files("#files", [str(tables / "table.csv")])
+    page.waits("#all-the-same")
+    settled(page.page)
+    headline = page.page.locator("h1").inner_text()
+    found.unless(headline == "These data do not fit this robot", f"swapped: the page says '{headline}'")
+    found.unless("swapped" in page.page.title(), f"swapped: the page calls itself '{page.page.title()}'")
+    drawn = page.page.evaluate("document.querySelectorAll('#residuals .chart').length")
+    found.unless(drawn > 5, f"swapped: {drawn} pictures of the residuals are drawn")
 
 
 # The directive by which the browser forbids a connection.
@@ -244,6 +278,7 @@ def main():
         looked_at(page.page, "static-start", arguments.pictures, found)
         parts = {
             "cancel": lambda: cancelled_at_once(page, found),
+            "cancel late": lambda: cancelled_late(page, arguments.data / "ripple", arguments.data / "ur10b", found),
             "numbers": lambda: [held_against(program, page, d, Path(folder), found, took) for d in sorted(arguments.data.iterdir()) if (d / "dataset.toml").is_file()],
             "wrong": lambda: wrong_files(program, page, arguments.data, Path(folder), found),
             "play": lambda: plays(program, page, arguments.pictures, found, took),
@@ -302,13 +337,30 @@ def cancelled_at_once(page, found):
     found.unless(page.page.is_hidden("#bench") and page.page.is_hidden("#cancel"), "cancelled at once, something is open")
 
 
+def cancelled_late(page, small, large, found):
+    """While the model of other data is fitted and judged, it can be cancelled too: what was open before stands as it stood."""
+    page.opens([small / "dataset.toml", small / "samples.csv"])
+    settled(page.page)
+    figures = "document.title + document.getElementById('now').textContent"
+    before = page.page.evaluate(figures)
+    page.unfolds()
+    page.page.set_input_files("#files", [str(large / name) for name in ("dataset.toml", "samples.csv")])
+    page.page.click("#open-files")
+    page.page.wait_for_selector("#status:text-matches('Fitting|Judging')", timeout=PATIENCE)
+    page.page.click("#cancel")
+    page.page.wait_for_selector("body:not([data-opening])[aria-busy='false']", timeout=PATIENCE)
+    found.unless(page.error().startswith("Cancelled"), f"cancelled late, the page says '{page.error()}'")
+    settled(page.page)
+    found.unless(page.page.evaluate(figures) == before, f"cancelled late, the page shows {page.page.evaluate(figures)}, not {before}")
+
+
 def long_file(page, scratch, found):
     """100 MB of rows: refused at once, and the page goes on."""
     long = scratch / "long.csv"
     row = "0.1,0.2,0.3,0.4,0.5,0.6,100.1,200.2,300.3\n"
     long.write_text("q1,q2,q3,q4,q5,q6,x,y,z\n" + row * (100_000_000 // len(row)), encoding="utf-8")
     page.opens([long], "ur5")
-    found.unless("is longer than 64 MiB" in page.error(), f"long: the page says '{page.error()}'")
+    found.unless("is longer than 24 MiB" in page.error(), f"long: the page says '{page.error()}'")
 
 
 def ladder(page, folder, found, took):

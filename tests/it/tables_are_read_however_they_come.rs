@@ -211,6 +211,14 @@ fn a_map_is_proposed_whatever_the_dialect() {
     let (found, _) = understood(&path, "ur5");
     assert!((found.residual - known.residual).abs() < 1e-6 && found.map.contains("\"joint1\""), "{}", found.map);
 
+    // A measurement that failed is left out.
+    let path = table("q1,q2,q3,q4,q5,q6,x,y,z", &|r| match r[0] == "p7" {
+        true => format!("{},NaN,{}", r[1..8].join(","), r[9]),
+        false => r[1..].join(","),
+    });
+    let (found, dataset) = understood(&path, "ur5");
+    assert!((found.residual - known.residual).abs() < 0.1 * known.residual && dataset.samples.len() + 1 == rows().1.len());
+
     for (path, said) in [
         (
             table("goal_x,goal_y,goal_z,joint1,joint2,joint3,joint4,joint5,joint6", &|r| {
@@ -219,6 +227,14 @@ fn a_map_is_proposed_whatever_the_dialect() {
             "shows no 6 columns",
         ),
         (table("a,b,c,d,e,f,g,h,i", &|r| r[1..].join(",")), "shows no 6 columns"),
+        // Units that the titles state, and that the numbers are not in.
+        (table("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x,y,z", &|r| r[1..].join(",")), "with q1_deg, q2_deg, "),
+        (
+            table("q1,q2,q3,q4,q5,q6,x,y,z", &|r| {
+                if r[0] == "p7" { format!("n/a,{}", r[2..].join(",")) } else { r[1..].join(",") }
+            }),
+            "n/a",
+        ),
         (scratch.file("prose.csv", "Measured in May\nby us, and others\n"), "is no regular table"),
         (scratch.file("empty.csv", ""), "is empty"),
     ] {

@@ -9,7 +9,7 @@ use calibench::import::{ImportError, ImportOptions, guess, import};
 use calibench::measure::{DATASET_TOML, Dataset, SampleSet, read_dataset, write_dataset};
 use calibench::robot::{RobotReference, robot};
 use calibench::units::MM;
-use calibench_report::workbench::{Bench, Case, LocatedError, Place, locate_in_data, located_misfit};
+use calibench_report::workbench::{Bench, Case, LocatedError, Place, copied_rows, locate_in_data, located_misfit};
 use calibench_report::{misfit_sentence, nominal_fit_lines};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -52,6 +52,12 @@ pub enum NotOpened {
     /// The data do not fit the robot.
     #[error("{0}")]
     Misfit(String),
+    /// The model cannot be judged on the data.
+    #[error("{0}")]
+    NotJudged(String),
+    /// Several tables without a map.
+    #[error("guess reads one file at a time; the map that it proposes serves all files of its kind: drop it beside them")]
+    OneTable,
     /// Something is missing.
     #[error("{0}")]
     Missing(&'static str),
@@ -181,6 +187,9 @@ pub(crate) fn open_datasets(
     // Data of different arms are rejected as such by the fit.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
     let fits = if one_arm { data_fit(&borrowed, Use::Fit) } else { Vec::new() };
+    if let (Some(copied), false) = (copied_rows(&datasets), force) {
+        return Err(copied.into());
+    }
     let misfits: Vec<(String, String)> = fits
         .iter()
         .filter_map(|fit| fit.misfit.as_ref())
@@ -204,10 +213,11 @@ pub(crate) fn open_datasets(
     told["warnings"] = json!(warnings);
     tell("Fitting the model …");
     let case = Case { misfits, ..Case::of_datasets(folders, datasets, model)? };
-    match Bench::new(case, place) {
-        Ok(bench) => Ok(Opened { bench, told }),
-        Err((case, e)) => Err(locate_in_data(folders, &case.datasets, model, &e).into()),
-    }
+    let bench = Bench::new(case, place).map_err(|(case, e)| locate_in_data(folders, &case.datasets, model, &e))?;
+    tell("Judging the model …");
+    // What cannot be judged does not take the place of what is open.
+    bench.document().map_err(|e| NotOpened::NotJudged(e.to_string()))?;
+    Ok(Opened { bench, told })
 }
 
 /// Imports the tables into a dataset beside them, and returns its folder.
@@ -221,6 +231,9 @@ fn import_tables(
     let first = &dropped.tables[0];
     let map = match &dropped.map {
         Some(map) => map.clone(),
+        None if dropped.tables.len() > 1 => {
+            return Err(NotOpened::OneTable);
+        }
         None => {
             let Some(named) = named else {
                 return Err(NotOpened::Missing(

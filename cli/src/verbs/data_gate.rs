@@ -3,7 +3,7 @@
 use calibench::assess::{DataFit, data_fit};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
-use calibench_report::workbench::located_misfit;
+use calibench_report::workbench::{copied_rows, located_misfit};
 use calibench_report::{documents, nominal_fit_lines};
 
 use super::data::named;
@@ -40,11 +40,14 @@ impl Gate {
 /// no folder yet has no name. Impossible session times are reported on standard error: they only spoil effects of time.
 ///
 /// # Errors
-/// If the data do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
+/// If the data do not fit, or rows are given twice, unless `force`: exit code 2, and with `json` one document on standard output.
 pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
     for (name, dataset) in datasets {
         let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
         dataset.long_sessions().iter().for_each(|session| warn(&format!("warning: {file}{session}")));
+    }
+    if let (Some(copied), false) = (copied_rows(datasets), force) {
+        return Err(Box::new(copied));
     }
     // Data of different arms are rejected as such elsewhere.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));

@@ -48,7 +48,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let ground = HoldOut { poses: &poses.q, checks: &[] };
     let bar = Stages::new(2);
     bar.begin("fitting the model, testing every effect");
-    let step = ladder_step(&named, &model, ground).map_err(locate)?;
+    let mut step = ladder_step(&named, &model, ground).map_err(locate)?;
+    if gate.misfit.is_some() {
+        step.diagnosis.doubt_noise();
+    }
     bar.begin("judging the next step");
     let advice = Advice::on(&named, &step, ground).map_err(locate)?;
     drop(bar);

@@ -113,7 +113,7 @@ function key(...kinds) {
     }
     return svg;
   };
-  return element("ul", { class: "key" }, kinds.map(([kind, text]) => element("li", {}, mark(kind), text)));
+  return element("ul", { class: "key" }, kinds.filter(Boolean).map(([kind, text]) => element("li", {}, mark(kind), text)));
 }
 
 // Where samples are looked at only after all else has been said.

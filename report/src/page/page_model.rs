@@ -39,7 +39,7 @@ impl PageModel {
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
         let poses = PageModel::poses(subject);
         let ground = HoldOut { poses: &poses.q, checks: &[] };
-        let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject.judged)?;
+        let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject)?;
         Ok(PageModel { ladder_step, poses })
     }
 
@@ -53,7 +53,7 @@ impl PageModel {
         poses: Arc<WorkspacePoses>,
     ) -> Result<Self, IdentifyError> {
         let ground = HoldOut { poses: &poses.q, checks: &[] };
-        let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject.judged)?;
+        let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject)?;
         Ok(PageModel { ladder_step, poses })
     }
 
@@ -170,7 +170,10 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
                 "Look there first; everything else is computed without them.".to_owned(),
             )
         }
-        Verdict::DataDoNotFit => ("These data do not fit this robot".to_owned(), "Nothing is diagnosed.".to_owned()),
+        Verdict::DataDoNotFit => (
+            "These data do not fit this robot".to_owned(),
+            "Everything below was computed all the same, and says little until the data are corrected.".to_owned(),
+        ),
         Verdict::NothingLeft if d.is_thin() => (
             "Too few samples to find anything".to_owned(),
             "Nothing sticks out of these data, but hardly anything could: measure more postures.".to_owned(),
@@ -279,11 +282,14 @@ pub(super) fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
 }
 
 /// A step of the ladder with its position errors on the validation rows.
-pub(super) fn judge(ladder_step: LadderStep, judged: &[(&str, &Dataset)]) -> Result<LadderStep, IdentifyError> {
-    if !has_validation(judged) {
+pub(super) fn judge(mut ladder_step: LadderStep, subject: &PageSubject<'_>) -> Result<LadderStep, IdentifyError> {
+    if subject.misfit.is_some() {
+        ladder_step.diagnosis.doubt_noise();
+    }
+    if !has_validation(subject.judged) {
         return Ok(ladder_step);
     }
-    let validation = Validation::of(&ladder_step.calibration.predict(judged, Use::Validation)?);
+    let validation = Validation::of(&ladder_step.calibration.predict(subject.judged, Use::Validation)?);
     Ok(LadderStep { validation, ..ladder_step })
 }
 

@@ -16,8 +16,8 @@ use calibench::identify::IdentifyError;
 pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: HoldOut<'_>) -> Result<Value, IdentifyError> {
     if subject.climb {
         let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
-        climbed.steps = climbed.steps.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
-        climbed.other = climbed.other.map(|r| judge(r, subject.judged)).transpose()?;
+        climbed.steps = climbed.steps.into_iter().map(|r| judge(r, subject)).collect::<Result<_, _>>()?;
+        climbed.other = climbed.other.map(|r| judge(r, subject)).transpose()?;
         let mut whole = to_value(&Ladder::of(&climbed));
         whole["complete"] = json!(true);
         return Ok(whole);
@@ -30,7 +30,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
     let (steps, step) = match judged.step {
         Some(next) => {
-            let next = judge(*next, subject.judged)?;
+            let next = judge(*next, subject)?;
             let step = step_json(&next.added.join(" + "), &next.objections(first));
             (vec![StepDocument::of(first, &[]), StepDocument::of(&next, &[first])], step)
         }

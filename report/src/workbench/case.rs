@@ -50,7 +50,11 @@ impl Case {
         };
         let misfit = self.misfits.iter().find(|(name, _)| datasets.iter().any(|(n, _)| n == name));
         tell(&PageSubject {
-            title: self.title.clone(),
+            // What is chosen of several datasets is named.
+            title: match datasets.len() == self.datasets.len() {
+                true => self.title.clone(),
+                false => datasets.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+            },
             question: self.question.clone(),
             misfit: misfit.map(|(_, sentence)| sentence.clone()),
             datasets: &datasets,

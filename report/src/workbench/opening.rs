@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use calibench::assess::Misfit;
 use calibench::effects::Subject;
 use calibench::files::{FileError, is_standard_input, with_reasons};
-use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
-use calibench::measure::Dataset;
+use calibench::identify::{IdentifyError, Model, ProblemError, Use, are_copied, read_model};
+use calibench::measure::{Dataset, Sample};
 
 use super::case::Case;
 use crate::{Recommended, misfit_sentence};
@@ -46,6 +46,22 @@ pub fn locate_in_data(
         _ => (at(0, "samples.csv"), "rows"),
     };
     LocatedError { path, field, problem: with_reasons(error) }
+}
+
+/// Says which dataset repeats the rows of another; `None` if none does.
+///
+/// Each measurement would count twice: every uncertainty would be too small, and rows left out would be predicted by their copies.
+#[must_use]
+pub fn copied_rows(datasets: &[(String, Dataset)]) -> Option<LocatedError> {
+    fn rows(dataset: &Dataset) -> impl Iterator<Item = &Sample> {
+        dataset.samples.iter().filter(|s| Use::Fit.takes(s))
+    }
+    let copies = |a: &Dataset, b: &Dataset| are_copied(rows(a), rows(b)) || are_copied(rows(b), rows(a));
+    datasets.iter().enumerate().find_map(|(k, (name, dataset))| {
+        let (other, _) = datasets[..k].iter().find(|(_, earlier)| copies(dataset, earlier))?;
+        let problem = format!("most of them are also in '{other}', and would count twice; name one of the two");
+        Some(LocatedError { path: Path::new(name).join("samples.csv"), field: "rows", problem })
+    })
 }
 
 /// A misfit in words, prefixed with the file to look into; of data that have no folder yet, without one.

@@ -119,7 +119,7 @@ const backend = (() => {
     const { job, running } = state;
     if (!job || job.order !== 0) return;
     // The next thing that is done is to bring another worker to where this one was.
-    state.worker.terminate();
+    state.worker?.terminate();
     state.worker = null;
     state.running = null;
     running?.reject(cancelled);

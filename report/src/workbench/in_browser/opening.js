@@ -1,10 +1,10 @@
 "use strict";
 // What is done before there is a workbench: files are chosen or dropped, or a robot is simulated.
 
-// Longest file that is read, bytes: a table of half a million rows.
-const LONGEST_FILE = 64 << 20;
+// Longest file that is read, bytes: a table of two hundred thousand rows, which take minutes. Of half a million, the memory is not enough.
+const LONGEST_FILE = 24 << 20;
 
-const opening = { files: [], play: null, lacks_robot: false };
+const opening = { files: [], play: null, lacks_robot: false, refused: null };
 
 const choices = (select, options) => select.append(...options.map(([value, words]) => element("option", { value }, words)));
 
@@ -35,6 +35,8 @@ async function opens(what, body, files, error_at) {
     by_id(error_at).replaceChildren(...sentence(error.message));
     if (error_at === "open-error" && !error.cancelled) by_id("files").setAttribute("aria-invalid", "true");
     by_id("all-the-same").hidden = error.field !== "misfit";
+    // What was refused is what is opened all the same, whatever is chosen meanwhile.
+    opening.refused = { body, files };
     opening.lacks_robot = error.field === "robot";
     if (opening.lacks_robot) by_id("robot").focus();
     return false;
@@ -51,7 +53,7 @@ async function opens(what, body, files, error_at) {
 function tell_opened(opened) {
   const { guess, scenario, effect, times, hidden, samples, validation, robot, nominal, misfit, warnings } = opened;
   const list = (lines) => element("ul", {}, lines.map((line) => element("li", {}, sentence(line))));
-  const count = `${samples} samples of ${robot}${validation ? `, ${validation} of them for validation` : ""}.`;
+  const count = `Opened: ${samples} samples of ${robot}${validation ? `, ${validation} of them for validation` : ""}.`;
   by_id("understood").replaceChildren(...[
     element("p", {}, element("b", {}, count)),
     misfit && element("p", { class: "warning" }, sentence(misfit)),
@@ -62,20 +64,28 @@ function tell_opened(opened) {
     scenario && (opening.told
       ? element("p", {}, hidden ? `Hidden: ${hidden} (`: "Nothing was hidden.", hidden ? element("code", {}, effect) : null, hidden ? `), ${times} times its plausible size. Which candidate is it? Switch it on, and watch the error fall.` : null)
       : unfold("What was hidden", element("p", {}, hidden ? `${hidden} (${effect}), ${times} times its plausible size` : "nothing"))),
-    scenario && unfold("The same on the command line: measure simulated.toml", element("pre", { tabindex: "0" }, scenario)),
+    scenario && unfold("The same on the command line", element("div", {},
+      element("p", {}, "Save this as simulated.toml in the folder scenarios of calibench, which holds the file that it extends, and measure there: ", element("code", {}, "calibench measure simulated.toml -o simulated")),
+      element("pre", { tabindex: "0" }, scenario))),
   ].filter(Boolean));
   by_id("understood").hidden = false;
 }
 
 // The files of a dataset that come without their folder get one.
 function in_their_folder(files) {
-  const of_dataset = ["dataset.toml", "samples.csv", "robot.toml"];
+  const of_dataset = ["dataset.toml", "samples.csv", "robot.toml", "campaign.journal", "iterations.csv", "probings.csv"];
   if (!files.some(({ path }) => path === of_dataset[0])) return files;
   return files.map(({ path, file }) => ({ path: of_dataset.includes(path) ? `dataset/${path}` : path, file }));
 }
 
-function open_files(force = false) {
+function open_files() {
   const files = in_their_folder(opening.files);
+  if (files.filter(({ path }) => path === "dataset/dataset.toml").length > 1) {
+    const error = "Two of these files are called dataset.toml: drop the folders of the datasets instead, so that each keeps its files.";
+    by_id("open-error").textContent = error;
+    say(error, true);
+    return Promise.resolve(false);
+  }
   if (!files.length) {
     by_id("open-error").textContent = "Choose files, or drop them on this page.";
     by_id("files").focus();
@@ -88,7 +98,7 @@ function open_files(force = false) {
     say(error, true);
     return Promise.resolve(false);
   }
-  return opens("open", { files: files.map((f) => f.path), robot: by_id("robot").value || null, force }, files, "open-error");
+  return opens("open", { files: files.map((f) => f.path), robot: by_id("robot").value || null, force: false }, files, "open-error");
 }
 
 // Files and, in folders, what is in them.
@@ -132,7 +142,10 @@ by_id("files").addEventListener("change", () => {
 });
 by_id("drop").addEventListener("submit", (event) => { event.preventDefault(); open_files(); });
 by_id("robot").addEventListener("change", () => { if (opening.lacks_robot && by_id("robot").value) open_files(); });
-by_id("all-the-same").addEventListener("click", () => open_files(true));
+by_id("all-the-same").addEventListener("click", () => {
+  const { body, files } = opening.refused;
+  opens("open", { ...body, force: true }, files, "open-error");
+});
 by_id("play").addEventListener("submit", (event) => {
   event.preventDefault();
   const chosen = by_id("hidden").value;

@@ -151,6 +151,8 @@ function rungs() {
 // The figures by which the model is judged, each beside its value before the last switch.
 function now() {
   const { names, figures } = bench.report;
+  // Of other data, the samples are counted once the model is judged.
+  const counted = !bench.first || bench.first.taken;
   const [before, last] = [rungs().at(-2), rungs().at(-1)];
   const tile = (name, of, beside) => {
     const [value, from] = [of(last), before && of(before)];
@@ -167,7 +169,7 @@ function now() {
   };
   const band = (r) => r.workspace?.mean_band_mm && `${millimetres(r.workspace.mean_band_mm[0])} to ${millimetres(r.workspace.mean_band_mm[1])} mm`;
   return [
-    tile(`${names.residual}, rms`, (r) => r.fit_rms_mm, () => `${figures.samples} samples`),
+    tile(`${names.residual}, rms`, (r) => r.fit_rms_mm, () => (counted ? `${figures.samples} samples` : null)),
     tile(`${names.cross_validated}, rms`, (r) => r.cv_rms_mm, () => "blocks that were not fitted"),
     bench.report.validation && tile(`${names.not_fitted}, rms`, (r) => r.validation?.rms_mm, (r) => `${r.validation.samples} poses`),
     tile(`${names.workspace}, mean`, (r) => r.workspace?.mean_mm, band),
