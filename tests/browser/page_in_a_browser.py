@@ -121,6 +121,7 @@ class Page:
 
     def drops(self, folder, names):
         """Opens the files of these datasets as a drop of their folders does."""
+        self.unfolds()
         files = [(f"{name}/{n}", (folder / name / n).read_text(encoding="utf-8")) for name in names for n in ("dataset.toml", "samples.csv")]
         self.page.evaluate("""files => {
           opening.files = files.map(([path, text]) => ({ path, file: new File([text], path.split("/").pop()) }));

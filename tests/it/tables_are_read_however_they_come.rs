@@ -217,7 +217,7 @@ fn a_map_is_proposed_whatever_the_dialect() {
         false => r[1..].join(","),
     });
     let (found, dataset) = understood(&path, "ur5");
-    assert!((found.residual - known.residual).abs() < 0.1 * known.residual && dataset.samples.len() + 1 == rows().1.len());
+    assert!((found.residual - known.residual).abs() < 0.1 * known.residual && dataset.samples.len() + 1 == rows.len());
 
     for (path, said) in [
         (
