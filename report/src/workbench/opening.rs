@@ -56,7 +56,10 @@ pub fn copied_rows(datasets: &[(String, Dataset)]) -> Option<LocatedError> {
     fn rows(dataset: &Dataset) -> impl Iterator<Item = &Sample> {
         dataset.samples.iter().filter(|s| Use::Fit.takes(s))
     }
-    let copies = |a: &Dataset, b: &Dataset| are_copied(rows(a), rows(b)) || are_copied(rows(b), rows(a));
+    // Data of different arms are refused as such.
+    let copies = |a: &Dataset, b: &Dataset| {
+        a.robot.is_same_arm(&b.robot) && (are_copied(rows(a), rows(b)) || are_copied(rows(b), rows(a)))
+    };
     datasets.iter().enumerate().find_map(|(k, (name, dataset))| {
         let (other, _) = datasets[..k].iter().find(|(_, earlier)| copies(dataset, earlier))?;
         let problem = format!("most of them are also in '{other}', and would count twice; name one of the two");
