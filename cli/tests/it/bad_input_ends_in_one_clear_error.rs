@@ -314,7 +314,7 @@ fn data_and_calibrations_that_do_not_go_together() {
         (&["identify", "r/validation", "-o", OUT], &["r/validation/samples.csv", "set", "rows of that set"]),
         (&["identify", "few", "-o", OUT], &["few/samples.csv", "12 residuals", "measure more poses"]),
         (&["identify", "seven", "-o", OUT], &["seven/", ":"]),
-        (&["identify", "r/trical", "again", "-o", OUT], &["again/samples.csv: rows", "'trical'", "count twice"]),
+        (&["identify", "r/trical", "again", "-o", OUT], &["again/samples.csv: rows", "also in trical", "count twice"]),
         (&["identify", "r/trical", "other_fit", "-o", OUT], &["other_fit/dataset.toml: robot", "one robot at a time"]),
         (&["identify", "r/trical", "--model", "m.toml", "-o", OUT], &["m.toml:2: effects[0]", "did you mean `mdh`"]),
         (

@@ -62,7 +62,7 @@ pub fn copied_rows(datasets: &[(String, Dataset)]) -> Option<LocatedError> {
     };
     datasets.iter().enumerate().find_map(|(k, (name, dataset))| {
         let (other, _) = datasets[..k].iter().find(|(_, earlier)| copies(dataset, earlier))?;
-        let problem = format!("most of them are also in '{other}', and would count twice; name one of the two");
+        let problem = format!("most of them are also in {other}, and would count twice; leave one of the two out");
         Some(LocatedError { path: Path::new(name).join("samples.csv"), field: "rows", problem })
     })
 }
