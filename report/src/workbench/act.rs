@@ -90,7 +90,7 @@ impl Bench {
     /// Continues with the model that the ladder recommends, in one step; without a step if it is the present one.
     ///
     /// # Errors
-    /// If the data do not determine the model; if it is cancelled, or another action led elsewhere meanwhile.
+    /// If the data do not determine the model; if it is cancelled, or another action changed the model meanwhile.
     pub fn recommend(&self) -> Result<Value, Refusal> {
         let cancelled = self.cancelled.load(Ordering::SeqCst);
         let is_cancelled = || self.cancelled.load(Ordering::SeqCst) != cancelled;

@@ -109,24 +109,22 @@ impl JointErrors {
         own.sort_unstable();
         own.dedup();
         let of_joint = |&j: &usize| {
-            let columns: Vec<usize> = (0..joints.len()).filter(|&c| joints[c] == j).collect();
-            let mut lever = DVector::zeros(rows);
-            let mut shapes = DMatrix::zeros(circumstances.len(), columns.len());
-            let mut row = 0;
-            for (s, at) in circumstances.iter().enumerate() {
-                let mut column = 0;
-                self.errors(at, &mut |of, size| {
-                    if of == j {
-                        shapes[(s, column)] = size;
-                        column += 1;
-                    }
-                });
-                (0..at.height).for_each(|k| lever[row + k] = at.joints[j][k]);
-                row += at.height;
-            }
-            Outer { lever, shapes, columns: columns.into_iter().map(|c| first + c).collect() }
+            let columns: Vec<usize> = (0..joints.len()).filter(|&c| joints[c] == j).map(|c| first + c).collect();
+            Outer { lever: DVector::zeros(rows), shapes: DMatrix::zeros(circumstances.len(), columns.len()), columns }
         };
-        own.iter().map(of_joint).collect()
+        let mut outers: Vec<Outer> = own.iter().map(of_joint).collect();
+        let mut row = 0;
+        let mut sizes = Vec::with_capacity(joints.len());
+        for (s, at) in circumstances.iter().enumerate() {
+            sizes.clear();
+            self.errors(at, &mut |_, size| sizes.push(size));
+            for (Outer { lever, shapes, columns }, &j) in outers.iter_mut().zip(&own) {
+                columns.iter().enumerate().for_each(|(c, &k)| shapes[(s, c)] = sizes[k - first]);
+                (0..at.height).for_each(|k| lever[row + k] = at.joints[j][k]);
+            }
+            row += at.height;
+        }
+        outers
     }
 
     /// Passes the error of each shape in these circumstances to `each`: the joint, and its angle error, rad.

@@ -45,7 +45,7 @@ impl OuterProduct {
     }
 
     /// Forms the products of the samples, with these variances of all columns.
-    fn weigh(&mut self, outer: &Outer, variance: &[f64]) {
+    fn compute(&mut self, outer: &Outer, variance: &[f64]) {
         for ((mut to, from), &k) in self.scaled.column_iter_mut().zip(outer.shapes.column_iter()).zip(&outer.columns) {
             to.axpy(variance[k].sqrt(), &from, 0.0);
         }
@@ -127,7 +127,7 @@ impl Solver {
                 }
                 linalg::normal_matrix(scaled, kernel);
                 *kernel += &*known;
-                outers.iter_mut().zip(&model.outers).for_each(|(product, outer)| product.weigh(outer, &variance));
+                outers.iter_mut().zip(&model.outers).for_each(|(product, outer)| product.compute(outer, &variance));
                 OuterProduct::add_all(outers, model, kernel);
                 let mut noise = DVector::zeros(rows);
                 for (own, weight) in model.samples.iter().zip(&state.weight) {
