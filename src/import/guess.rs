@@ -68,8 +68,9 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             point_unit: "mm",
             minus: None,
         };
-        let mut found = if table.is_target(triple[0]) { None } else { plain.best(path) };
-        if found.is_none() && refused.is_none() {
+        let is_target = table.is_target(triple[0]);
+        let mut found = if is_target { None } else { plain.best(path) };
+        if found.is_none() && !is_target && refused.is_none() {
             refused = plain.read(path).err();
         }
         if let Some(computed) = found.take_if(|found| found.residual <= COMPUTED) {
