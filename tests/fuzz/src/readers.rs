@@ -113,7 +113,7 @@ fn expression(bytes: &[u8]) {
     let Ok(text) = str::from_utf8(bytes) else { return };
     if !text.contains("'''") {
         let term = format!("terms = [{{ site = \"theta:3\", basis = '''{text}''' }}]");
-        let model = format!("effects = [\"mdh\", \"own\"]\n[[effect]]\nname = \"own\"\nunit = \"deg\"\n{term}\n");
+        let model = format!("effects = [\"base_frame\", \"own\"]\n[[effect]]\nname = \"own\"\nunit = \"deg\"\n{term}\n");
         model_toml(model.as_bytes());
     }
 }
