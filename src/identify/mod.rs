@@ -22,7 +22,7 @@ pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, MeasuredSetup};
 #[cfg(feature = "schema")]
 pub(crate) use calibration_file::calibration_schema;
-pub use calibration_file::{read_calibration, write_calibration};
+pub use calibration_file::{FORMAT as CALIBRATION_FORMAT, read_calibration, write_calibration};
 pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
 pub use fit_result::{Fit, FitError, Outcome, Unresolved};

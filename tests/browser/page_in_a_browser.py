@@ -204,6 +204,10 @@ def wrong_files(program, page, tables, scratch, found):
     expected = refused(program, dataset.parent, "diagnose", "dataset")
     page.opens([dataset / "dataset.toml", dataset / "samples.csv"])
     found.unless(page.error() == expected.replace("`", ""), f"slip: the page says '{page.error()}', the program '{expected}'")
+    # A calibration is neither a model nor a robot.
+    (scratch / "saved.toml").write_text('format = "calibench-calibration/1"\neffects = ["mdh"]\n', encoding="utf-8")
+    page.opens([tables / "ripple" / "dataset.toml", tables / "ripple" / "samples.csv", scratch / "saved.toml"])
+    found.unless("is a calibration" in page.error(), f"saved.toml: the page says '{page.error()}'")
     # The robot of another maker.
     page.opens([tables / "table.csv"], "panda")
     found.unless(page.error(), "a UR5's table is taken for a Panda's")
@@ -224,6 +228,8 @@ def wrong_files(program, page, tables, scratch, found):
     (scratch / "swapped.csv").write_text("\n".join([good[0], *swapped]) + "\n", encoding="utf-8")
     page.opens([scratch / "swapped.csv"], "ur5")
     found.unless(page.error() and page.page.is_visible("#all-the-same"), f"swapped: the page says '{page.error()}'")
+    # The guess stands beside the refusal, so that it can be corrected.
+    found.unless(page.page.locator("#open .guessed pre").count() == 1, "swapped: the page does not show the map that it guessed")
     page.page.set_input_files("#files", [str(tables / "table.csv")])
     page.waits("#all-the-same")
     settled(page.page)
@@ -232,6 +238,46 @@ def wrong_files(program, page, tables, scratch, found):
     found.unless("swapped" in page.page.title(), f"swapped: the page calls itself '{page.page.title()}'")
     drawn = page.page.evaluate("document.querySelectorAll('#residuals .chart').length")
     found.unless(drawn > 5, f"swapped: {drawn} pictures of the residuals are drawn")
+
+
+# Stands between the two workers of the page, and counts what the second one computes for the first.
+BETWEEN = """
+const Channel = MessageChannel;
+window.computed = 0;
+window.MessageChannel = class {
+  constructor() {
+    const [asks, helps] = [new Channel(), new Channel()];
+    [this.port1, this.port2] = [helps.port1, asks.port2];
+    asks.port1.onmessage = ({ data }) => helps.port2.postMessage(data);
+    helps.port2.onmessage = ({ data }) => {
+      window.computed += data.result ? 1 : 0;
+      asks.port1.postMessage(%s);
+    };
+  }
+};"""
+HELPERS = {
+    "a helper": (BETWEEN % "data", True),
+    "a helper that fails": (BETWEEN % "data.ready ? data : { result: null }", True),
+    "no helper": ("delete WebAssembly.Suspending;", False),
+}
+
+
+def helped(browser, url, dataset, found):
+    """The verdict is the same to the last bit, whether a second worker helps, fails, or is not there."""
+    documents = {}
+    for name, (script, computes) in HELPERS.items():
+        context = browser.new_context()
+        context.add_init_script(script)
+        page = Page(context, url, found)
+        # It gets ready first.
+        page.page.wait_for_timeout(3000)
+        page.opens([dataset / "dataset.toml", dataset / "samples.csv"])
+        documents[name] = page.asks("document")["document"]
+        computed = page.page.evaluate("window.computed ?? 0")
+        found.unless((computed > 0) == computes, f"{name}: computes {computed} times")
+        context.close()
+    for name, document in documents.items():
+        found.unless(document == documents["no helper"], f"{name}: another verdict than without")
 
 
 # The directive by which the browser forbids a connection.
@@ -278,6 +324,7 @@ def main():
         page.page.evaluate(AXE.read_text(encoding="utf-8"))
         looked_at(page.page, "static-start", arguments.pictures, found)
         parts = {
+            "helper": lambda: helped(browser, arguments.page.resolve().as_uri(), arguments.data / "ripple", found),
             "cancel": lambda: cancelled_at_once(page, found),
             "cancel late": lambda: cancelled_late(page, arguments.data / "ripple", arguments.data / "ur10b", found),
             "numbers": lambda: [held_against(program, page, d, Path(folder), found, took) for d in sorted(arguments.data.iterdir()) if (d / "dataset.toml").is_file()],

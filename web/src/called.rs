@@ -7,10 +7,11 @@
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use calibench::assess::{Helper, employ, help};
 use calibench::files::memory;
 use serde_json::json;
 
-use crate::Session;
+use crate::{Session, warm_up};
 
 /// What comes from the page, and what goes to it.
 static ROOM: Mutex<Vec<u8>> = Mutex::new(Vec::new());
@@ -28,6 +29,29 @@ mod page {
         pub safe fn told(at: *const u8, length: usize);
         /// Receives the reason, before the module stops for good.
         pub safe fn stopped(at: *const u8, length: usize);
+        /// 1 if another worker of the page is there to help.
+        pub safe fn has_helper() -> i32;
+        /// Receives a job for it: a place and a length in memory.
+        pub safe fn hand_over(at: *const u8, length: usize);
+        /// Suspends the program until the job is done; returns the length of the result, which is in the room, or -1.
+        pub safe fn wait_for_helper() -> i32;
+    }
+}
+
+/// The other worker of the page.
+struct OtherWorker;
+
+impl Helper for OtherWorker {
+    fn is_there(&self) -> bool {
+        page::has_helper() == 1
+    }
+
+    fn begin(&self, job: &[u8]) {
+        page::hand_over(job.as_ptr(), job.len());
+    }
+
+    fn result(&self) -> Option<Vec<u8>> {
+        (page::wait_for_helper() >= 0).then(|| std::mem::take(&mut *held(&ROOM)))
     }
 }
 
@@ -66,13 +90,35 @@ pub extern "C" fn forget() {
     memory::remove(Path::new(""));
 }
 
-/// Takes the room as a question of so many bytes and its JSON body; returns the length of the answer, a JSON document.
+/// Is called once, before anything else.
 #[unsafe(no_mangle)]
-pub extern "C" fn ask(what: usize) -> usize {
+pub extern "C" fn begin() {
     std::panic::set_hook(Box::new(|panic| {
         let words = panic.to_string();
         page::stopped(words.as_ptr(), words.len());
     }));
+    employ(OtherWorker);
+}
+
+/// Makes ready for judgements, by one that is forgotten.
+#[unsafe(no_mangle)]
+pub extern "C" fn warm() {
+    warm_up();
+}
+
+/// Takes the room as a job that another worker handed over; returns the length of the result, or -1 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn work() -> i32 {
+    let job = std::mem::take(&mut *held(&ROOM));
+    let Some(result) = help(&job) else { return -1 };
+    let mut out = held(&ANSWER);
+    *out = result;
+    i32::try_from(out.len()).unwrap_or(-1)
+}
+
+/// Takes the room as a question of so many bytes and its JSON body; returns the length of the answer, a JSON document.
+#[unsafe(no_mangle)]
+pub extern "C" fn ask(what: usize) -> usize {
     let room = std::mem::take(&mut *held(&ROOM));
     let (what, body) = room.split_at(what.min(room.len()));
     let answer = {
@@ -81,7 +127,7 @@ pub extern "C" fn ask(what: usize) -> usize {
     };
     let answer = answer.unwrap_or_else(|e| {
         let field = e.field();
-        json!({"error": e.to_string(), "field": field, "changed": e.is_of_earlier_model()})
+        json!({"error": e.to_string(), "field": field, "changed": e.is_of_earlier_model(), "told": e.told()})
     });
     let mut out = held(&ANSWER);
     *out = answer.to_string().into_bytes();

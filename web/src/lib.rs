@@ -9,6 +9,8 @@ mod called;
 mod opening;
 mod play;
 mod session;
+mod warm_up;
 
 pub use opening::Opened;
 pub use session::Session;
+pub use warm_up::warm_up;

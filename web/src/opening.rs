@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::assess::data_fit;
 use calibench::files::{FileError, is_file, read_text, with_reasons, write_whole};
-use calibench::identify::Use;
+use calibench::identify::{CALIBRATION_FORMAT, Use};
 use calibench::import::{ImportError, ImportOptions, guess, import};
 use calibench::measure::{DATASET_TOML, Dataset, SampleSet, read_dataset, write_dataset};
 use calibench::robot::{RobotReference, robot};
@@ -61,6 +61,9 @@ pub enum NotOpened {
     /// Something is missing.
     #[error("{0}")]
     Missing(&'static str),
+    /// A calibration among the files.
+    #[error("{0}: is a calibration, and is not opened here; drop the measurements, and a model beside them")]
+    Calibration(String),
     /// A robot cannot be simulated.
     #[error("{0}")]
     Simulation(String),
@@ -115,7 +118,7 @@ struct Dropped {
 }
 
 impl Dropped {
-    fn of(files: &[String]) -> Result<Self, FileError> {
+    fn of(files: &[String]) -> Result<Self, NotOpened> {
         let mut dropped = Dropped::default();
         let is_in_dataset = |path: &Path| is_file(&path.with_file_name(DATASET_TOML));
         for path in files.iter().map(PathBuf::from) {
@@ -130,6 +133,9 @@ impl Dropped {
                 "toml" => {
                     let text = read_text(&path)?;
                     let has = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+                    if has("format") && text.contains(CALIBRATION_FORMAT) {
+                        return Err(NotOpened::Calibration(path.display().to_string()));
+                    }
                     if has("[columns") || has("columns") {
                         dropped.map = Some(path);
                     } else if has("effects") {
@@ -146,17 +152,16 @@ impl Dropped {
     }
 }
 
-/// Opens files.
+/// Opens files; `told` receives what was understood of them, also if they are not opened.
 ///
 /// # Errors
 /// The sentence that the command line prints.
-pub fn open(request: &OpenRequest, tell: fn(&str)) -> Result<Opened, NotOpened> {
+pub fn open(request: &OpenRequest, tell: fn(&str), told: &mut Value) -> Result<Opened, NotOpened> {
     let mut dropped = Dropped::of(&request.files)?;
     let named = dropped.robot.as_ref().map(|path| path.display().to_string());
     let robot_name = named.or_else(|| request.robot.clone());
-    let mut told = json!({});
     if !dropped.tables.is_empty() {
-        let folder = import_tables(&dropped, robot_name.as_deref(), request.force, tell, &mut told)?;
+        let folder = import_tables(&dropped, robot_name.as_deref(), request.force, tell, told)?;
         dropped.datasets.push(folder);
     }
     if dropped.datasets.is_empty() {
@@ -170,7 +175,7 @@ pub fn open(request: &OpenRequest, tell: fn(&str)) -> Result<Opened, NotOpened> 
     }
     let urdf = dropped.robot.as_ref().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")));
     let place = Place::new(SAVED.into(), dropped.model.clone()).with_urdf(urdf.map(|path| path.display().to_string()));
-    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told)
+    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told.take())
 }
 
 /// Opens datasets that were read from these folders.

@@ -20,8 +20,13 @@ pub struct Session {
 #[derive(Debug, thiserror::Error)]
 pub enum NoAnswer {
     /// The files were not opened.
-    #[error(transparent)]
-    Opening(#[from] NotOpened),
+    #[error("{because}")]
+    Opening {
+        /// Why.
+        because: NotOpened,
+        /// What was understood of them.
+        told: Value,
+    },
     /// The workbench does not answer it.
     #[error(transparent)]
     Bench(#[from] Unanswered),
@@ -33,13 +38,28 @@ pub enum NoAnswer {
     NothingOpen,
 }
 
+impl From<NotOpened> for NoAnswer {
+    fn from(because: NotOpened) -> Self {
+        NoAnswer::Opening { because, told: Value::Null }
+    }
+}
+
 impl NoAnswer {
     /// The field of the page in error.
     #[must_use]
     pub fn field(&self) -> Option<&str> {
         match self {
             NoAnswer::Bench(Unanswered::Refused { field, .. }) => *field,
-            NoAnswer::Opening(e) => e.field(),
+            NoAnswer::Opening { because, .. } => because.field(),
+            _ => None,
+        }
+    }
+
+    /// What was understood of files that were not opened.
+    #[must_use]
+    pub fn told(&self) -> Option<&Value> {
+        match self {
+            NoAnswer::Opening { told, .. } => Some(told),
             _ => None,
         }
     }
@@ -64,9 +84,11 @@ impl Session {
     /// # Errors
     /// If files cannot be used, nothing is open, or the workbench refuses.
     pub fn ask(&mut self, what: &str, body: &[u8]) -> Result<Value, NoAnswer> {
+        let mut told = json!({});
         let opened = match what {
             "choices" => return Ok(hidden_choices()),
-            "open" => open(&serde_json::from_slice::<OpenRequest>(body)?, self.tell)?,
+            "open" => open(&serde_json::from_slice::<OpenRequest>(body)?, self.tell, &mut told)
+                .map_err(|because| NoAnswer::Opening { because, told })?,
             "play" => play(&serde_json::from_slice::<PlayRequest>(body)?, self.tell)?,
             "adopt" => return self.adopt(&serde_json::from_slice::<Adopted>(body)?),
             _ => return Ok(self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?.ask(what, body)?),

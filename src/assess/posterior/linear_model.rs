@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 /// Kinds of groups, each with a common size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Effects of the catalogue.
     Catalogue,
@@ -19,7 +20,7 @@ pub enum Kind {
 pub const KINDS: [Kind; 3] = [Kind::Catalogue, Kind::Curves, Kind::Pairs];
 
 /// Prior knowledge of the size of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Size {
     /// Known variance.
     Known(f64),
@@ -28,7 +29,7 @@ pub enum Size {
 }
 
 /// Columns that share one size.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Group {
     /// Indices of the columns.
     pub columns: Range<usize>,
@@ -38,6 +39,7 @@ pub struct Group {
 
 /// Columns that are one vector at every sample, each times a number of its own: errors of one joint, whose axis moves the
 /// measured point always in the same way. Products of such rows are products of these numbers, of which there are fewer.
+#[derive(Serialize, Deserialize)]
 pub struct Outer {
     /// The vector of each row.
     pub lever: DVector<f64>,
@@ -59,6 +61,7 @@ impl Outer {
 }
 
 /// The linear model.
+#[derive(Serialize, Deserialize)]
 pub struct LinearModel {
     /// One row per residual, in units of the noise; one column per coefficient.
     pub x: DMatrix<f64>,

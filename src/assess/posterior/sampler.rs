@@ -13,10 +13,12 @@ use nalgebra::DVector;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::chance::{chi_squared, normal, one_of};
 use super::linear_model::{Group, KINDS, LinearModel, Size, State};
 use super::solver::Solver;
+use crate::assess::helper;
 use crate::identify::FitError;
 
 /// Number of chains, and of the sweeps of each: burn-in, and those that are kept.
@@ -44,7 +46,7 @@ fn common_size(k: usize) -> f64 {
 }
 
 /// One draw from the posterior.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Draw {
     /// The coefficients.
     pub b: DVector<f64>,
@@ -76,17 +78,21 @@ impl LinearModel {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn draws(&self, seed: u64) -> Result<Vec<Draw>, FitError> {
-        let chains: Vec<u64> = (0..CHAINS).collect();
-        let of_chain = |&chain: &u64| {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            random.set_stream(chain);
-            self.chain(&mut random)
-        };
-        let chains: Result<Vec<Vec<Draw>>, FitError> = chains.par_iter().map(of_chain).collect();
-        Ok(chains?.into_iter().flatten().collect())
+        let last = CHAINS - 1;
+        let handed_over = helper::begin(&(self, seed, last));
+        let own: Vec<u64> = (0..if handed_over.is_some() { last } else { CHAINS }).collect();
+        let chains: Result<Vec<Vec<Draw>>, FitError> = own.par_iter().map(|&k| self.chain(seed, k)).collect();
+        let mut chains = chains?;
+        if let Some(begun) = handed_over {
+            chains.push(begun.result().map_or_else(|| self.chain(seed, last), Ok)?);
+        }
+        Ok(chains.into_iter().flatten().collect())
     }
 
-    fn chain(&self, random: &mut ChaCha8Rng) -> Result<Vec<Draw>, FitError> {
+    /// The draws of one chain.
+    fn chain(&self, seed: u64, chain: u64) -> Result<Vec<Draw>, FitError> {
+        let random = &mut ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(chain);
         let rows = self.x.nrows();
         let mut state = State {
             common: [BEGIN; KINDS.len()],
@@ -188,6 +194,16 @@ impl LinearModel {
     }
 }
 
+/// The chain that a helper is handed.
+#[derive(Deserialize)]
+struct OneChain(LinearModel, u64, u64);
+
+/// Draws a chain for somebody else; `None` if it cannot be drawn, or if this is none.
+pub fn chain_of(job: &[u8]) -> Option<Vec<u8>> {
+    let OneChain(model, seed, chain) = postcard::from_bytes(job).ok()?;
+    postcard::to_allocvec(&model.chain(seed, chain).ok()?).ok()
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::DMatrix;
@@ -246,6 +262,15 @@ mod tests {
             let chi2: f64 = count.iter().map(|c: &f64| (c - expected).powi(2) / expected).sum();
             assert!(chi2 < BY_CHANCE, "{rows} rows, {}: chi-square {chi2:.1}, {count:?}", ["mean", "largest"][k]);
         }
+    }
+
+    #[test]
+    fn a_chain_drawn_elsewhere_is_the_same_to_the_last_bit() {
+        let (model, _) = drawn(&mut ChaCha8Rng::seed_from_u64(3), 24);
+        let job = postcard::to_allocvec(&(&model, 5_u64, 1_u64)).unwrap();
+        let elsewhere: Vec<Draw> = postcard::from_bytes(&chain_of(&job).unwrap()).unwrap();
+        assert_eq!(model.draws(5).unwrap()[KEPT..], elsewhere);
+        assert_eq!(chain_of(&job[..job.len() - 1]), None);
     }
 
     #[test]

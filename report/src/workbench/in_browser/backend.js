@@ -1,5 +1,5 @@
 "use strict";
-// The program behind the workbench: WebAssembly in a worker of this page. Nothing is sent anywhere.
+// The program behind the workbench: WebAssembly in a worker of this page, and in a second one that helps it. Nothing is sent anywhere.
 
 const backend = (() => {
   // What leads to another state of the workbench, to be done again by a worker that takes the place of one that was ended.
@@ -7,7 +7,7 @@ const backend = (() => {
   // What is asked for next is asked first: actions, the judgement, the samples, then one candidate after the other.
   const ORDER = { document: 1, views: 2, candidate: 3 };
   const WORKER = document.getElementById("worker").textContent;
-  const state = { module: null, worker: null, files: [], log: [], queue: [], running: null, count: 0, told: () => undefined, open: () => undefined };
+  const state = { module: null, worker: null, helper: null, files: [], log: [], queue: [], running: null, count: 0, told: () => undefined, open: () => undefined };
 
   async function compiled() {
     const text = atob(document.getElementById("module").textContent.trim());
@@ -17,22 +17,45 @@ const backend = (() => {
     return WebAssembly.compile(await whole.arrayBuffer());
   }
 
-  function hire() {
+  function started() {
     const address = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
     const worker = new Worker(address);
     URL.revokeObjectURL(address);
+    return worker;
+  }
+
+  function hire() {
+    const worker = started();
     worker.onmessage = ({ data }) => heard(worker, data);
     worker.onerror = (event) => heard(worker, { id: state.running?.id, stopped: event.message });
     state.worker = worker;
   }
 
+  // A worker that helps, where a program can wait for it and there is a processor for it.
+  function hire_helper(module) {
+    if (!WebAssembly.Suspending || navigator.hardwareConcurrency < 2) return null;
+    state.helper = started();
+    const { port1, port2 } = new MessageChannel();
+    state.helper.postMessage({ module, helps: port1, is_first: !state.warmed }, [port1]);
+    state.warmed = true;
+    return port2;
+  }
+
+  function dismiss() {
+    state.worker?.terminate();
+    state.helper?.terminate();
+    state.worker = null;
+    state.helper = null;
+    state.running = null;
+  }
+
   // Sends to the worker; answers come one after the other.
-  function send(message) {
+  function send(message, transferred = []) {
     state.count += 1;
     const { count: id } = state;
     return new Promise((resolve, reject) => {
       state.running = { id, resolve, reject };
-      state.worker.postMessage({ id, ...message });
+      state.worker.postMessage({ id, ...message }, transferred);
     });
   }
 
@@ -48,13 +71,14 @@ const backend = (() => {
 
   // A new worker in the state of the last one. Nobody is told what it does.
   async function again() {
-    state.worker?.terminate();
-    state.running = null;
+    dismiss();
     const { told } = state;
     state.told = () => undefined;
     hire();
     state.module ??= compiled();
-    await send({ module: await state.module, files: state.files });
+    const module = await state.module;
+    const helped_by = hire_helper(module);
+    await send({ module, helped_by, files: state.files }, helped_by ? [helped_by] : []);
     // What was accepted once is not asked about again.
     const forced = (what, body) => (["switch", "own"].includes(what) ? { ...body, force: true } : body);
     for (const { what, body } of state.log) await send({ what, body: forced(what, body) });
@@ -74,7 +98,7 @@ const backend = (() => {
         job.resolve(await answered(job));
       } catch (error) {
         if (error.stopped) console.error(error.stopped);
-        if (error.stopped) await again().catch(() => { state.worker?.terminate(); state.worker = null; });
+        if (error.stopped) await again().catch(dismiss);
         job.reject(error);
       }
       state.job = null;
@@ -84,7 +108,7 @@ const backend = (() => {
 
   async function answered({ what, body, files, names }) {
     const { answer, taken, took_ms } = await send({ what, body, files, names });
-    if (answer.error && !answer.changed) throw Object.assign(new Error(answer.error), { field: answer.field });
+    if (answer.error && !answer.changed) throw Object.assign(new Error(answer.error), { field: answer.field, told: answer.told });
     if (ACTS.includes(what)) await remember(what, body, files, answer);
     return { ...answer, taken, took_ms: Math.round(took_ms) };
   }
@@ -119,9 +143,7 @@ const backend = (() => {
     const { job, running } = state;
     if (!job || job.order !== 0) return;
     // The next thing that is done is to bring another worker to where this one was.
-    state.worker?.terminate();
-    state.worker = null;
-    state.running = null;
+    dismiss();
     running?.reject(cancelled);
     ask(null);
   }

@@ -11,6 +11,7 @@ const choices = (select, options) => select.append(...options.map(([value, words
 // Everything that is done here takes the place of what is open, and is waited for with a bar of its own.
 async function opens(what, body, files, error_at) {
   for (const text of document.querySelectorAll("#open .error")) text.textContent = "";
+  for (const guessed of document.querySelectorAll("#open .guessed")) guessed.remove();
   by_id("all-the-same").hidden = true;
   by_id("files").removeAttribute("aria-invalid");
   opening.lacks_robot = false;
@@ -31,8 +32,9 @@ async function opens(what, body, files, error_at) {
     document.body.dataset.verdict_ms = String(Math.round(performance.now() - began));
     return true;
   } catch (error) {
-    say(error.message, true);
-    by_id(error_at).replaceChildren(...sentence(error.message));
+    show_error(error_at, error.message);
+    // What was guessed of a table that is refused: the map can be corrected, and dropped beside it.
+    if (error.told?.guess) by_id(error_at).after(element("div", { class: "guessed" }, ...told_guess(error.told.guess)));
     if (error_at === "open-error" && !error.cancelled) by_id("files").setAttribute("aria-invalid", "true");
     by_id("all-the-same").hidden = error.field !== "misfit";
     // What was refused is what is opened all the same, whatever is chosen meanwhile.
@@ -49,17 +51,28 @@ async function opens(what, body, files, error_at) {
   }
 }
 
+function show_error(at, message) {
+  by_id(at).replaceChildren(...sentence(message));
+  say(message, true);
+}
+
+const list = (lines) => element("ul", {}, lines.map((line) => element("li", {}, sentence(line))));
+
+// How a table was understood.
+const told_guess = ({ reasons, rows, map }, nominal = []) => [
+  unfold("How the table was understood, and why", element("div", {}, list(reasons), element("p", {}, "The first rows are understood as"), list(rows), nominal.length ? list(nominal) : null)),
+  unfold("The column map", element("pre", { tabindex: "0" }, map)),
+];
+
 // What was understood of the files, or measured.
 function tell_opened(opened) {
   const { guess, scenario, effect, times, hidden, samples, validation, robot, nominal, misfit, warnings } = opened;
-  const list = (lines) => element("ul", {}, lines.map((line) => element("li", {}, sentence(line))));
   const count = `Opened: ${samples} samples of ${robot}${validation ? `, ${validation} of them for validation` : ""}.`;
   by_id("understood").replaceChildren(...[
     element("p", {}, element("b", {}, count)),
     misfit && element("p", { class: "warning" }, sentence(misfit)),
     warnings.length ? list(warnings.map((line) => `warning: ${line}`)) : null,
-    guess && unfold("How the table was understood, and why", element("div", {}, list(guess.reasons), element("p", {}, "The first rows are understood as"), list(guess.rows), nominal.length ? list(nominal) : null)),
-    guess && unfold("The column map", element("pre", { tabindex: "0" }, guess.map)),
+    ...(guess ? told_guess(guess, nominal) : []),
     opened.import ? unfold("What was imported", element("pre", { tabindex: "0" }, opened.import)) : null,
     scenario && (opening.told
       ? element("p", {}, hidden ? `Hidden: ${hidden} (`: "Nothing was hidden.", hidden ? element("code", {}, effect) : null, hidden ? `), ${times} times its plausible size. Which candidate is it? Switch it on, and watch the error fall.` : null)
@@ -81,21 +94,17 @@ function in_their_folder(files) {
 function open_files() {
   const files = in_their_folder(opening.files);
   if (files.filter(({ path }) => path === "dataset/dataset.toml").length > 1) {
-    const error = "Two of these files are called dataset.toml: drop the folders of the datasets instead, so that each keeps its files.";
-    by_id("open-error").textContent = error;
-    say(error, true);
+    show_error("open-error", "Two of these files are called dataset.toml: drop the folders of the datasets instead, so that each keeps its files.");
     return Promise.resolve(false);
   }
   if (!files.length) {
-    by_id("open-error").textContent = "Choose files, or drop them on this page.";
+    show_error("open-error", "Choose files, or drop them on this page.");
     by_id("files").focus();
     return Promise.resolve(false);
   }
   const long = files.find(({ file }) => file.size > LONGEST_FILE);
   if (long) {
-    const error = `${long.path}: is longer than ${LONGEST_FILE >> 20} MiB, and this page reads no longer ones; take a part of the rows, or use the program`;
-    by_id("open-error").textContent = error;
-    say(error, true);
+    show_error("open-error", `${long.path}: is longer than ${LONGEST_FILE >> 20} MiB, and this page reads no longer ones; take a part of the rows, or use the program`);
     return Promise.resolve(false);
   }
   return opens("open", { files: files.map((f) => f.path), robot: by_id("robot").value || null, force: false }, files, "open-error");
