@@ -175,6 +175,31 @@ def held_against(program, page, folder, scratch, found, took):
     found += differing[:5]
 
 
+def meanwhile(page, ripple, ur5, found):
+    """While other data are being opened, nothing is done to them in the name of those that are shown; what was asked before is done first."""
+    page.opens([ripple / "dataset.toml", ripple / "samples.csv"])
+    settled(page.page)
+    page.unfolds()
+    page.page.set_input_files("#files", [str(ur5 / n) for n in ("dataset.toml", "samples.csv")])
+    said = page.page.evaluate("""() => new Promise((done) => {
+      for (const button of [...document.querySelectorAll('#candidates .switch')].slice(-2)) button.click();
+      document.getElementById('open-files').click();
+      const wait = setInterval(() => {
+        if (document.getElementById('cancel').hidden || !document.getElementById('status').textContent.match(/Reading|Checking|Fitting the model …|Judging/)) return;
+        clearInterval(wait);
+        document.getElementById('save-calibration').click();
+        done(document.getElementById('status').textContent);
+      }, 5);
+    })""")
+    found.unless("being opened" in said, f"saving while opening: the page says '{said}'")
+    page.page.wait_for_selector("body:not([data-opening])[aria-busy='false']", timeout=PATIENCE)
+    settled(page.page)
+    with page.page.expect_download(timeout=PATIENCE) as download:
+        page.page.click("#save-calibration")
+    text = Path(download.value.path()).read_text(encoding="utf-8")
+    found.unless('robot = "ur5"' in text, "the saved calibration is not that of the data that are open")
+
+
 def wrong_files(program, page, tables, scratch, found):
     """Files that are not as they must be."""
     good = (tables / "table.csv").read_text(encoding="utf-8").splitlines()
@@ -204,10 +229,20 @@ def wrong_files(program, page, tables, scratch, found):
     expected = refused(program, dataset.parent, "diagnose", "dataset")
     page.opens([dataset / "dataset.toml", dataset / "samples.csv"])
     found.unless(page.error() == expected.replace("`", ""), f"slip: the page says '{page.error()}', the program '{expected}'")
-    # A calibration is neither a model nor a robot.
+    # A calibration is neither a model nor a robot, and is left out; of two models, neither is taken.
+    beside = [tables / "ripple" / "dataset.toml", tables / "ripple" / "samples.csv"]
     (scratch / "saved.toml").write_text('format = "calibench-calibration/1"\neffects = ["mdh"]\n', encoding="utf-8")
-    page.opens([tables / "ripple" / "dataset.toml", tables / "ripple" / "samples.csv", scratch / "saved.toml"])
-    found.unless("is a calibration" in page.error(), f"saved.toml: the page says '{page.error()}'")
+    page.opens([*beside, scratch / "saved.toml"])
+    told = page.page.locator("#understood").inner_text()
+    found.unless(not page.error() and "saved.toml: is a calibration" in told, f"saved.toml: the page says '{page.error()}' and '{told}'")
+    for name in ("one.toml", "other.toml"):
+        (scratch / name).write_text('# not a calibench-calibration/1\neffects = ["base_frame", "mdh"]\n', encoding="utf-8")
+    page.opens([*beside, scratch / "one.toml", scratch / "other.toml"])
+    found.unless("are both models" in page.error(), f"two models: the page says '{page.error()}'")
+    # A table's name needs no extension.
+    shutil.copy(tables / "table.csv", scratch / "plain")
+    page.opens([scratch / "plain"], "ur5")
+    found.unless(not page.error(), f"plain: the page says '{page.error()}'")
     # The robot of another maker.
     page.opens([tables / "table.csv"], "panda")
     found.unless(page.error(), "a UR5's table is taken for a Panda's")
@@ -327,6 +362,7 @@ def main():
             "helper": lambda: helped(browser, arguments.page.resolve().as_uri(), arguments.data / "ripple", found),
             "cancel": lambda: cancelled_at_once(page, found),
             "cancel late": lambda: cancelled_late(page, arguments.data / "ripple", arguments.data / "ur10b", found),
+            "meanwhile": lambda: meanwhile(page, arguments.data / "ripple", arguments.data / "ur5", found),
             "numbers": lambda: [held_against(program, page, d, Path(folder), found, took) for d in sorted(arguments.data.iterdir()) if (d / "dataset.toml").is_file()],
             "wrong": lambda: wrong_files(program, page, arguments.data, Path(folder), found),
             "play": lambda: plays(program, page, arguments.pictures, found, took),

@@ -61,9 +61,9 @@ pub enum NotOpened {
     /// Something is missing.
     #[error("{0}")]
     Missing(&'static str),
-    /// A calibration among the files.
-    #[error("{0}: is a calibration, and is not opened here; drop the measurements, and a model beside them")]
-    Calibration(String),
+    /// Several files where one can be used.
+    #[error("{0} and {1} are both {2}; drop one of them")]
+    Both(String, String, &'static str),
     /// A robot cannot be simulated.
     #[error("{0}")]
     Simulation(String),
@@ -115,6 +115,22 @@ struct Dropped {
     map: Option<PathBuf>,
     model: Option<PathBuf>,
     robot: Option<PathBuf>,
+    /// Files that are not used, and why.
+    left_out: Vec<String>,
+}
+
+/// Takes a file for what there is one of.
+fn take_one(place: &mut Option<PathBuf>, path: PathBuf, what: &'static str) -> Result<(), NotOpened> {
+    match place.replace(path.clone()) {
+        Some(other) => Err(NotOpened::Both(other.display().to_string(), path.display().to_string(), what)),
+        None => Ok(()),
+    }
+}
+
+/// True of the text of a calibration.
+fn is_calibration(text: &str) -> bool {
+    let value = text.lines().find_map(|line| line.trim_start().strip_prefix("format")?.trim_start().strip_prefix('='));
+    value.is_some_and(|value| value.contains(CALIBRATION_FORMAT))
 }
 
 impl Dropped {
@@ -133,18 +149,17 @@ impl Dropped {
                 "toml" => {
                     let text = read_text(&path)?;
                     let has = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
-                    if has("format") && text.contains(CALIBRATION_FORMAT) {
-                        return Err(NotOpened::Calibration(path.display().to_string()));
-                    }
-                    if has("[columns") || has("columns") {
-                        dropped.map = Some(path);
+                    if is_calibration(&text) {
+                        dropped.left_out.push(format!("{}: is a calibration, and is left out", path.display()));
+                    } else if has("[columns") || has("columns") {
+                        take_one(&mut dropped.map, path, "column maps")?;
                     } else if has("effects") {
-                        dropped.model = Some(path);
+                        take_one(&mut dropped.model, path, "models")?;
                     } else if !is_in_dataset(&path) {
-                        dropped.robot = Some(path);
+                        take_one(&mut dropped.robot, path, "robots")?;
                     }
                 }
-                "urdf" => dropped.robot = Some(path),
+                "urdf" => take_one(&mut dropped.robot, path, "robots")?,
                 _ => dropped.tables.push(path),
             }
         }
@@ -160,6 +175,7 @@ pub fn open(request: &OpenRequest, tell: fn(&str), told: &mut Value) -> Result<O
     let mut dropped = Dropped::of(&request.files)?;
     let named = dropped.robot.as_ref().map(|path| path.display().to_string());
     let robot_name = named.or_else(|| request.robot.clone());
+    told["left_out"] = json!(dropped.left_out);
     if !dropped.tables.is_empty() {
         let folder = import_tables(&dropped, robot_name.as_deref(), request.force, tell, told)?;
         dropped.datasets.push(folder);
@@ -175,7 +191,7 @@ pub fn open(request: &OpenRequest, tell: fn(&str), told: &mut Value) -> Result<O
     }
     let urdf = dropped.robot.as_ref().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")));
     let place = Place::new(SAVED.into(), dropped.model.clone()).with_urdf(urdf.map(|path| path.display().to_string()));
-    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told.take())
+    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told)
 }
 
 /// Opens datasets that were read from these folders.
@@ -185,7 +201,7 @@ pub(crate) fn open_datasets(
     model: Option<&Path>,
     place: Place,
     (force, tell): (bool, fn(&str)),
-    mut told: Value,
+    told: &mut Value,
 ) -> Result<Opened, NotOpened> {
     tell("Checking that the data fit the robot …");
     let borrowed: Vec<(&str, &Dataset)> = datasets.iter().map(|(name, d)| (name.as_str(), d)).collect();
@@ -215,14 +231,16 @@ pub(crate) fn open_datasets(
     told["validation"] = json!(validation);
     told["nominal"] = json!(nominal_fit_lines(&fits));
     told["misfit"] = json!(misfits.first().map(|(_, sentence)| sentence));
-    told["warnings"] = json!(warnings);
+    told["warnings"] = json!(
+        [told["left_out"].as_array().cloned().unwrap_or_default(), warnings.into_iter().map(Value::from).collect()].concat()
+    );
     tell("Fitting the model …");
     let case = Case { misfits, ..Case::of_datasets(folders, datasets, model)? };
     let bench = Bench::new(case, place).map_err(|(case, e)| locate_in_data(folders, &case.datasets, model, &e))?;
     tell("Judging the model …");
     // What cannot be judged does not take the place of what is open.
     bench.document().map_err(|e| NotOpened::NotJudged(e.to_string()))?;
-    Ok(Opened { bench, told })
+    Ok(Opened { bench, told: told.take() })
 }
 
 /// Imports the tables into a dataset beside them, and returns its folder.
@@ -262,7 +280,9 @@ fn import_tables(
         return Err(NotOpened::Misfit(misfit_sentence(misfit)));
     }
     told["import"] = json!(report.to_string());
-    let folder = PathBuf::from(first.file_stem().unwrap_or_default());
+    let stem = PathBuf::from(first.file_stem().unwrap_or_default());
+    // A table without an extension already has this name.
+    let folder = if dropped.tables.contains(&stem) { PathBuf::from("imported") } else { stem };
     write_dataset(&dataset, &folder)?;
     Ok(folder)
 }

@@ -98,9 +98,9 @@ pub fn play(request: &PlayRequest, tell: fn(&str)) -> Result<Opened, NotOpened> 
     let folder = PathBuf::from(DATASET);
     let dataset = read_dataset(&folder)?;
     let hidden = request.effect.as_deref().map(in_words);
-    let told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
+    let mut told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
     let place = Place::new(SAVED.into(), None);
-    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, tell), told)
+    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, tell), &mut told)
 }
 
 fn failed(error: &dyn std::error::Error) -> NotOpened {

@@ -37,7 +37,7 @@ pub fn warm_up() {
     };
     let folder = PathBuf::from("warm_up");
     let datasets = vec![("warm_up".to_owned(), dataset)];
-    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), (false, |_| ()), json!({})) {
+    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), (false, |_| ()), &mut json!({})) {
         // Without an answer, nothing is lost.
         let _ = opened.bench.views();
     }

@@ -5,7 +5,8 @@ const backend = (() => {
   // What leads to another state of the workbench, to be done again by a worker that takes the place of one that was ended.
   const ACTS = ["open", "play", "switch", "own", "choose", "undo", "redo", "recommend", "adopt"];
   // What is asked for next is asked first: actions, the judgement, the samples, then one candidate after the other.
-  const ORDER = { document: 1, views: 2, candidate: 3 };
+  // The choices are what the page begins with, and cannot be cancelled.
+  const ORDER = { choices: -1, document: 1, views: 2, candidate: 3 };
   const WORKER = document.getElementById("worker").textContent;
   const state = { module: null, worker: null, helper: null, files: [], log: [], queue: [], running: null, count: 0, told: () => undefined, open: () => undefined };
 
@@ -145,7 +146,8 @@ const backend = (() => {
     // The next thing that is done is to bring another worker to where this one was.
     dismiss();
     running?.reject(cancelled);
-    ask(null);
+    // What becomes of it shows with the next question.
+    ask(null).catch(() => undefined);
   }
 
   function follow(tell) {

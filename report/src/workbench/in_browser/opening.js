@@ -4,24 +4,30 @@
 // Longest file that is read, bytes: a table of two hundred thousand rows, which take minutes. Of half a million, the memory is not enough.
 const LONGEST_FILE = 24 << 20;
 
-const opening = { files: [], play: null, lacks_robot: false, refused: null };
+const opening = { files: [], play: null, refused: null };
 
 const choices = (select, options) => select.append(...options.map(([value, words]) => element("option", { value }, words)));
 
-// Everything that is done here takes the place of what is open, and is waited for with a bar of its own.
-async function opens(what, body, files, error_at) {
+// Forgets what was refused, and why.
+function without_error() {
   for (const text of document.querySelectorAll("#open .error")) text.textContent = "";
   for (const guessed of document.querySelectorAll("#open .guessed")) guessed.remove();
   by_id("all-the-same").hidden = true;
   by_id("files").removeAttribute("aria-invalid");
-  opening.lacks_robot = false;
+}
+
+// Everything that is done here takes the place of what is open, and is waited for with a bar of its own.
+async function opens(what, body, files, error_at) {
+  without_error();
   set_busy(1);
   const buttons = document.querySelectorAll("#open button");
   for (const button of buttons) button.disabled = true;
   say("Opening …");
+  document.body.dataset.opening = "1";
+  // What was asked of the data that are open is done to them first.
+  await bench.queue;
   const still = backend.follow(say);
   by_id("cancel").hidden = false;
-  document.body.dataset.opening = "1";
   const began = performance.now();
   try {
     const { opened, shown } = await backend.open(what, body, files);
@@ -39,8 +45,7 @@ async function opens(what, body, files, error_at) {
     by_id("all-the-same").hidden = error.field !== "misfit";
     // What was refused is what is opened all the same, whatever is chosen meanwhile.
     opening.refused = { body, files };
-    opening.lacks_robot = error.field === "robot";
-    if (opening.lacks_robot) by_id("robot").focus();
+    if (error.field === "robot") by_id("robot").focus();
     return false;
   } finally {
     still();
@@ -92,6 +97,7 @@ function in_their_folder(files) {
 }
 
 function open_files() {
+  without_error();
   const files = in_their_folder(opening.files);
   if (files.filter(({ path }) => path === "dataset/dataset.toml").length > 1) {
     show_error("open-error", "Two of these files are called dataset.toml: drop the folders of the datasets instead, so that each keeps its files.");
@@ -150,7 +156,6 @@ by_id("files").addEventListener("change", () => {
   opening.files = [...by_id("files").files].map((file) => ({ path: file.name, file }));
 });
 by_id("drop").addEventListener("submit", (event) => { event.preventDefault(); open_files(); });
-by_id("robot").addEventListener("change", () => { if (opening.lacks_robot && by_id("robot").value) open_files(); });
 by_id("all-the-same").addEventListener("click", () => {
   const { body, files } = opening.refused;
   opens("open", { ...body, force: true }, files, "open-error");
@@ -176,6 +181,7 @@ backend.ask("choices").then(
     choices(by_id("times"), sizes.map((times) => [String(times), `${times} times its plausible size`]));
     by_id("times").selectedIndex = 1;
     set_busy(-1);
+    for (const button of document.querySelectorAll("#open button")) button.disabled = false;
     say("Ready. Measure a simulated robot, or open your own measurements.");
     document.body.dataset.loaded = "1";
   },

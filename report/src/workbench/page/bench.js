@@ -56,6 +56,11 @@ function set_busy(change) {
 
 // `before` and `after` say what is done, `act` does it once everything before it is done; a mistake stands at its field.
 function act(before, path, body, after, mistake = (error) => say(error.message, true)) {
+  // What is asked of these data is not done to others.
+  if (document.body.dataset.opening) {
+    say("Other data are being opened; cancel that, or wait.", true);
+    return bench.queue;
+  }
   set_busy(1);
   bench.queue = bench.queue.then(async () => {
     say(before);
@@ -74,7 +79,7 @@ function act(before, path, body, after, mistake = (error) => say(error.message, 
       done();
       set_busy(-1);
       say("Not done.", true);
-      effects_listed();
+      if (bench.report) effects_listed();
       mistake(error);
     }
   });
@@ -261,7 +266,7 @@ async function look_at(effect) {
 
 async function show_candidate(effect) {
   const { turn: then, report } = bench;
-  if (bench.first || !report.telling || by_id("candidates").querySelector(".shown")?.dataset.effect === effect) return;
+  if (bench.first || !report?.telling || by_id("candidates").querySelector(".shown")?.dataset.effect === effect) return;
   bench.looked_at = effect;
   try {
     if (!(await look_at(effect)) || bench.looked_at !== effect) return;
