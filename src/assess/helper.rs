@@ -8,13 +8,11 @@ use std::sync::OnceLock;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::posterior::chain_of;
-
 /// The way to a helper.
 pub trait Helper: Send + Sync {
     /// True if somebody is there.
     fn is_there(&self) -> bool;
-    /// Hands over a job.
+    /// Hands over a job, which `help` computes.
     fn begin(&self, job: &[u8]);
     /// Waits for the result of the job that was handed over last; `None` if there is none.
     fn result(&self) -> Option<Vec<u8>>;
@@ -26,12 +24,6 @@ static HELPER: OnceLock<Box<dyn Helper>> = OnceLock::new();
 pub fn employ(helper: impl Helper + 'static) {
     // The first stays.
     let _ = HELPER.set(Box::new(helper));
-}
-
-/// Computes what [`Helper::begin`] was handed; `None` if it cannot be computed, or if this is none.
-#[must_use]
-pub fn help(job: &[u8]) -> Option<Vec<u8>> {
-    chain_of(job)
 }
 
 /// A job that was handed over.

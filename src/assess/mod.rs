@@ -67,7 +67,7 @@ pub use examination::Examination;
 pub use fit_scores::{FitScores, SessionError};
 pub use fitted_model::{FittedModel, needs_diagnosis, step_gains};
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
-pub use helper::{Helper, employ, help};
+pub use helper::{Helper, employ};
 pub use hold_out::{Check, HoldOut, NotJudged};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Next, READILY, StopReason, best_step, ladder};
@@ -87,6 +87,7 @@ pub use noise::{
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use objections::Objection;
 pub use outside_range::{Extrapolation, OutsideRange};
+pub use posterior::help;
 pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Lack, Recommendation, recommend};
 pub use relevance::Relevance;
 pub use repeatability::{PoseRepeatability, Repeatability, StationRepeatability};

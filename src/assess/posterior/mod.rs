@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use self::joint_errors::JointErrors;
 use self::linear_model::{Group, Kind, LinearModel, Outer, Size};
 use self::sampler::Draw;
-pub(super) use self::sampler::chain_of;
+pub use self::sampler::help;
 use super::at_new_poses::AtNewPoses;
 use super::examination::{Examination, Span};
 use super::level::is_noise_overstated;

@@ -198,8 +198,9 @@ impl LinearModel {
 #[derive(Deserialize)]
 struct OneChain(LinearModel, u64, u64);
 
-/// Draws a chain for somebody else; `None` if it cannot be drawn, or if this is none.
-pub fn chain_of(job: &[u8]) -> Option<Vec<u8>> {
+/// Computes what was handed to a helper, a chain; `None` if it cannot be drawn, or if this is none.
+#[must_use]
+pub fn help(job: &[u8]) -> Option<Vec<u8>> {
     let OneChain(model, seed, chain) = postcard::from_bytes(job).ok()?;
     postcard::to_allocvec(&model.chain(seed, chain).ok()?).ok()
 }
@@ -268,9 +269,9 @@ mod tests {
     fn a_chain_drawn_elsewhere_is_the_same_to_the_last_bit() {
         let (model, _) = drawn(&mut ChaCha8Rng::seed_from_u64(3), 24);
         let job = postcard::to_allocvec(&(&model, 5_u64, 1_u64)).unwrap();
-        let elsewhere: Vec<Draw> = postcard::from_bytes(&chain_of(&job).unwrap()).unwrap();
+        let elsewhere: Vec<Draw> = postcard::from_bytes(&help(&job).unwrap()).unwrap();
         assert_eq!(model.draws(5).unwrap()[KEPT..], elsewhere);
-        assert_eq!(chain_of(&job[..job.len() - 1]), None);
+        assert_eq!(help(&job[..job.len() - 1]), None);
     }
 
     #[test]
