@@ -68,6 +68,16 @@ pub(crate) fn noise_remark(check: &RobotCheck) -> Option<String> {
     ))
 }
 
+/// A remark on changes that are smaller than noise leaves them.
+pub(crate) fn too_alike_remark(check: &RobotCheck) -> Option<String> {
+    check.too_alike.map(|rms| {
+        format!(
+            "These samples repeat those of the campaign {:.0} times better than their noise allows (chance under 1e-9): they are rows of the campaign written with fewer digits, or the noise is stated too large. Until that is cleared up, nothing is shown to hold.",
+            1.0 / rms.max(1e-6)
+        )
+    })
+}
+
 /// Conditions of one kind, of which the least clear one is named.
 fn shown_kind(shown: &Shown) -> Option<&'static str> {
     Some(match (&shown.condition, shown.quantity) {
@@ -148,6 +158,10 @@ pub fn check_text(check: &RobotCheck, shown: &[Shown]) -> String {
     let used = check.looks.len();
     let mut out = String::new();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
+    if let Some(remark) = too_alike_remark(check) {
+        out.push_str(&remark);
+        out.push('\n');
+    }
     match check.named() {
         None => {
             let ratio = check.looks.last().map_or(0.0, |l| l.ratio);

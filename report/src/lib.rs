@@ -60,7 +60,7 @@ pub use page::{
 };
 pub use plausible::Plausible;
 pub use recommended::Recommended;
-pub use runs::{difference_sentence, runs_text};
+pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;
 pub use tables::{
     MARK, histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,

@@ -86,6 +86,13 @@ fn test_words(test: &RunsTest) -> String {
 }
 
 /// Whether one geometry explains the runs, in a sentence.
+/// What differs between the runs, and whether one geometry explains them, without tables.
+pub fn runs_answer(c: &RunsComparison) -> String {
+    let names: Vec<&str> = c.runs.iter().map(|run| run.name.as_str()).collect();
+    let differences = c.differences.iter().map(|difference| difference_sentence(difference, &names));
+    differences.chain([verdict_sentence(c)]).collect::<Vec<_>>().join("\n")
+}
+
 fn verdict_sentence(c: &RunsComparison) -> String {
     match c.verdict {
         RunsVerdict::OneGeometry => format!("One geometry explains all runs ({}).", test_words(&c.after)),

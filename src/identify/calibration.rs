@@ -107,6 +107,8 @@ pub struct Calibration {
     pub fitted_rows: FittedRows,
     /// State of the controller's own absolute-accuracy option; `None` if not stated.
     pub absolute_accuracy: Option<bool>,
+    /// Number of robots of the fleet whose prior was used; `None` without one.
+    pub fleet_robots: Option<usize>,
 }
 
 /// The reason why there is no calibration.
@@ -223,6 +225,7 @@ impl Calibration {
             dataset_hashes: datasets.iter().map(|(_, d)| d.hash.clone()).collect(),
             fitted_rows: FittedRows::of(datasets),
             absolute_accuracy: datasets.iter().find_map(|(_, d)| d.absolute_accuracy),
+            fleet_robots: None,
         }
     }
 

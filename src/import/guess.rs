@@ -13,6 +13,9 @@ use crate::measure::{Dataset, Measured};
 use crate::robot::{FramePose, JointKind, Robot, world_from_tool};
 use crate::units::MM;
 
+/// Columns that are named as not used.
+const MOST_NAMED: usize = 12;
+
 /// Rows that are shown.
 const SHOWN: usize = 3;
 
@@ -25,6 +28,9 @@ const FITS: f64 = 20.0 * MM;
 
 /// Fewest rows from which base and tool are found.
 const FEWEST: usize = 4;
+
+/// Fewest rows that tell computed positions from measured ones: half of their numbers are left beside base and tool.
+const TELLING: usize = 6;
 
 /// A proposed map.
 #[derive(Debug, Clone)]
@@ -54,6 +60,14 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     if triples.is_empty() {
         return Err(no_columns(path, &table, robot).into());
     }
+    if table.rows < FEWEST {
+        return Err(no_fit(path, &table, robot, &joints).into());
+    }
+    if let Some(&k) = triples.iter().flatten().find(|&&k| table.columns[k].unit == Some("in")) {
+        let problem = format!("holds positions in inches, as {} says, and a map reads mm, m and um", table.title(k));
+        return Err(FileError::whole(path, problem, "convert them to mm").into());
+    }
+    let all = triples.clone();
     let mut best: Option<Tried<'_>> = None;
     let mut refused = None;
     let are_targets = triples.iter().all(|triple| table.is_target(triple[0]));
@@ -73,7 +87,8 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         if found.is_none() && !is_target && refused.is_none() {
             refused = plain.read(path).err();
         }
-        if let Some(computed) = found.take_if(|found| found.residual <= COMPUTED) {
+        // Of few rows, base and tool take up whatever was measured.
+        if let Some(computed) = found.take_if(|found| table.rows >= TELLING && found.residual <= COMPUTED) {
             let leaves = computed.residual / MM;
             reasons.push(format!(
                 "{} were computed from the joints: the nominal arm leaves {leaves:.4} mm",
@@ -107,6 +122,14 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         .into());
     };
     reasons.extend(proposal.reasons(residual));
+    let other = all.iter().filter(|triple| **triple != proposal.points && Some(**triple) != proposal.minus);
+    for triple in other.filter(|triple| !triple.iter().any(|k| proposal.points.contains(k))) {
+        let named = table.titles(triple);
+        reasons.push(format!(
+            "left out, though they may be positions too: {named}; if they are the measured ones, correct the map"
+        ));
+    }
+    reasons.extend(proposal.not_used());
     Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual, dataset })
 }
 
@@ -189,9 +212,11 @@ impl<'a> Proposal<'a> {
             let column = self.table.named(self.points[i]);
             _ = writeln!(map, "{axis} = {{ column = {column}, unit = \"{}\"{minus} }}", self.point_unit);
         }
-        let temperature = |c: &TableColumn| c.stem.contains("temp") && c.largest.is_some_and(|v| v < 100.0);
-        if let Some(c) = self.table.columns.iter().find(|c| temperature(c)) {
+        if let Some(c) = self.temperature() {
             _ = writeln!(map, "temp = {{ column = {}, unit = \"c\", optional = true }}", self.table.named(c.place - 1));
+        }
+        if let Some(c) = self.set() {
+            _ = writeln!(map, "set = {{ column = {} }}", self.table.named(c.place - 1));
         }
         _ = write!(
             map,
@@ -199,6 +224,26 @@ impl<'a> Proposal<'a> {
             self.reference
         );
         map
+    }
+
+    fn temperature(&self) -> Option<&TableColumn> {
+        self.table.columns.iter().find(|c| c.stem.contains("temp") && c.largest.is_some_and(|v| v < 100.0))
+    }
+
+    /// The column that says which rows are for validation.
+    fn set(&self) -> Option<&TableColumn> {
+        self.table.columns.iter().find(|c| c.is_set)
+    }
+
+    /// The columns that the map leaves out.
+    fn not_used(&self) -> Option<String> {
+        let of_map = [self.temperature(), self.set()].into_iter().flatten().map(|c| c.place - 1);
+        let used: Vec<usize> =
+            self.joints.iter().chain(&self.points).chain(self.minus.iter().flatten()).copied().chain(of_map).collect();
+        let left: Vec<usize> = (0..self.table.columns.len()).filter(|k| !used.contains(k)).collect();
+        let named: Vec<String> = left.iter().take(MOST_NAMED).map(|&k| self.table.title(k)).collect();
+        let rest = if left.len() > MOST_NAMED { format!(" and {} more", left.len() - MOST_NAMED) } else { String::new() };
+        (!left.is_empty()).then(|| format!("not used: {}{rest}", named.join(", ")))
     }
 
     /// Unit of joint `i` in column `k`: that of a prismatic joint is in its title, or else that of the positions.

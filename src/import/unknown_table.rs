@@ -24,6 +24,8 @@ pub(super) struct TableColumn {
     pub stem: String,
     /// Unit in the title.
     pub unit: Option<&'static str>,
+    /// True if every entry is `fit` or `validation`.
+    pub is_set: bool,
     /// Largest number; `None` if more entries than may have failed are no numbers.
     pub largest: Option<f64>,
 }
@@ -66,8 +68,9 @@ impl Table {
             // A measurement that failed now and then makes no other column of it.
             let are_numbers = !numbers.is_empty() && (entries.len() - numbers.len()) as f64 <= FAILED * entries.len() as f64;
             let largest = are_numbers.then(|| numbers.iter().fold(0.0f64, |m, v| m.max(v.abs())));
+            let is_set = !entries.is_empty() && entries.iter().all(|t| ["fit", "validation"].contains(&t.as_str()));
             let (stem, unit) = without_unit(&title);
-            TableColumn { place: k + 1, title, stem, unit, largest }
+            TableColumn { place: k + 1, title, stem, unit, is_set, largest }
         };
         Ok(Table {
             delimiter,
@@ -222,7 +225,7 @@ fn number(text: &str, decimal: char) -> Option<f64> {
 
 /// A title in lower case without its unit, and the unit.
 fn without_unit(title: &str) -> (String, Option<&'static str>) {
-    const UNITS: [(&str, &str); 9] = [
+    const UNITS: [(&str, &str); 13] = [
         ("degrees", "deg"),
         ("deg", "deg"),
         ("°", "deg"),
@@ -232,13 +235,18 @@ fn without_unit(title: &str) -> (String, Option<&'static str>) {
         ("um", "um"),
         ("µm", "um"),
         ("m", "m"),
+        // An `in` without brackets is a word.
+        ("[in", "in"),
+        ("(in", "in"),
+        ("[inch", "in"),
+        ("(inch", "in"),
     ];
     let lower = title.trim().to_lowercase();
     let bare = lower.trim_end_matches([')', ']']);
     let stripped = UNITS.iter().find_map(|(written, unit)| {
         let stem = bare.strip_suffix(written)?;
         let rest = stem.trim_end_matches(['_', ' ', '(', '[', '/', '.', '-']);
-        (rest.len() < stem.len() && !rest.is_empty()).then(|| (rest.to_owned(), Some(*unit)))
+        ((rest.len() < stem.len() || *unit == "in") && !rest.is_empty()).then(|| (rest.to_owned(), Some(*unit)))
     });
     stripped.unwrap_or((lower, None))
 }
@@ -272,7 +280,9 @@ fn position_name(stem: &str) -> i32 {
         return -1;
     }
     let bare = i32::from(stem == "x");
-    let measured = i32::from(has(&["meas", "actual", "track", "laser", "point", "pos", "is"]));
+    // Beside what is called measured, a plain `x` is where the arm was told to go.
+    let measured = i32::from(has(&["meas", "actual", "track", "laser"]));
+    let position = i32::from(has(&["meas", "actual", "track", "laser", "point", "pos", "is"]));
     let target = i32::from(has(&TARGETS));
-    2 * bare + 2 * measured - target + 1
+    2 * bare + measured + 2 * position - target + 1
 }

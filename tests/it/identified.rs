@@ -95,6 +95,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
         dataset_hashes: Vec::new(),
         fitted_rows: FittedRows::default(),
         absolute_accuracy: None,
+        fleet_robots: None,
     }
 }
 

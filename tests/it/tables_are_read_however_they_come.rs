@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::import::{Guess, ImportError, ImportOptions, guess, import};
 use calibench::measure::{Dataset, Measured, SampleSet};
-use calibench::robot::{Robot, built_in};
+use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
 use calibench::units::MM;
 
 use crate::oracles::data;
@@ -227,7 +227,38 @@ fn a_map_is_proposed_whatever_the_dialect() {
         assert!((found.residual - known.residual).abs() < 0.1 * known.residual && dataset.samples.len() + 1 == rows.len());
     }
 
+    // Where the arm was told to go, rounded, fits better than what was measured; columns of the format's own names keep their meaning.
+    let robot = ur("ur5");
+    let told = |r: &Vec<String>| {
+        let q: Vec<f64> = r[1..7].iter().map(|v| v.parse().unwrap()).collect();
+        let at = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q).translation.vector / MM;
+        format!("{:.1},{:.1},{:.1}", at.x, at.y, at.z)
+    };
+    let path = table("q1,q2,q3,q4,q5,q6,x,y,z,x_meas,y_meas,z_meas,set,operator", &|r| {
+        let set = if r[0].ends_with('3') { "validation" } else { "fit" };
+        format!("{},{},{},{set},Kim", r[1..7].join(","), told(r), r[7..].join(","))
+    });
+    let (found, dataset) = understood(&path, "ur5");
+    assert!(
+        found.map.contains("\"x_meas\"") && (found.residual - known.residual).abs() < 0.1 * known.residual,
+        "{}",
+        found.map
+    );
+    let validation = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
+    assert_eq!(validation, rows.iter().filter(|r| r[0].ends_with('3')).count());
+    assert!(found.reasons.iter().any(|r| r.contains("may be positions too: `x`, `y`, `z`")), "{:?}", found.reasons);
+    assert!(found.reasons.iter().any(|r| r.starts_with("not used: ") && r.ends_with("`operator`")), "{:?}", found.reasons);
+
     for (path, said) in [
+        (table("q1,q2,q3,q4,q5,q6,x [in],y [in],z [in]", &|r| r[1..].join(",")), "holds positions in inches, as `x [in]` says"),
+        (
+            scratch.file(
+                "three.csv",
+                &("q1,q2,q3,q4,q5,q6,x,y,z\n".to_owned()
+                    + &rows[..3].iter().map(|r| r[1..].join(",") + "\n").collect::<String>()),
+            ),
+            "has too few rows: 3",
+        ),
         (
             table("goal_x,goal_y,goal_z,joint1,joint2,joint3,joint4,joint5,joint6", &|r| {
                 format!("{},{}", r[7..].join(","), r[1..7].join(","))

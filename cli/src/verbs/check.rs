@@ -21,7 +21,7 @@ use super::data::{read_calibration_to_use, read_datasets};
 use super::failure::{Failure, LocatedError, Outcome};
 use super::measure::{Simulated, simulate};
 use super::measure_cell;
-use super::output::{check_outputs, note, print, print_json};
+use super::output::{check_outputs, note, print, print_answer, print_json};
 use super::plan_cell::is_cell;
 use super::progress::Waiting;
 use super::streams::{input, output};
@@ -160,6 +160,14 @@ fn probe(
         Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
     };
     check_output_folder(folder, "dataset", DATASET_TOML)?;
+    // A check that was measured on another day says nothing of today.
+    if folder.join(DATASET_TOML).is_file() {
+        return Err(Box::new(LocatedError {
+            path: folder.join(DATASET_TOML),
+            field: "samples",
+            problem: "is a check that was measured already, and nothing has moved; name a folder that is not there, or judge this one as DATASET, without --cell".into(),
+        }));
+    }
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
@@ -217,7 +225,7 @@ fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, fol
         }
         print_json(&document)?;
     } else {
-        print(&check_text(&check, &shown))?;
+        print_answer(&check_text(&check, &shown))?;
         if let Some((days, charts)) = &charts {
             print(&charts_text(days, charts))?;
         }

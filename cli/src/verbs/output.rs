@@ -84,7 +84,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     if is_told() { print_answer(text) } else { Ok(()) }
 }
 
-/// Prints what was asked for, as wide as the terminal; a closed pipe is an error, not a panic.
+/// Prints what was asked for, as wide as the terminal; into a closed pipe, nothing.
 pub fn print_answer(text: &str) -> Result<(), Failure> {
     let Manner { columns, colour, beside, .. } = manner();
     if beside {
@@ -137,11 +137,12 @@ fn laid_out(text: &str, columns: Option<usize>) -> String {
     }
 }
 
+/// Whoever reads no further wants no more of it: the exit code is that of the verb all the same.
 fn print_as_it_is(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.write_all(b"\n")?;
-    Ok(())
+    match std::io::stdout().lock().write_all(format!("{text}\n").as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e.into()),
+        _ => Ok(()),
+    }
 }
 
 /// Writes bytes to standard output as they are.

@@ -6,13 +6,13 @@ use calibench::assess::{EffectStatus, Run, RunsComparison, RunsError, RunsQuesti
 use calibench::files::with_reasons;
 use calibench::identify::{Model, Problem, Use, write_calibration};
 use calibench::measure::Dataset;
-use calibench_report::{documents, runs_text};
+use calibench_report::{documents, runs_answer, runs_text};
 use jiff::civil::Date;
 
 use super::data::{locate_in_data, model_for, read_datasets};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, note, print, print_answer, print_json, warn};
+use super::output::{check_outputs, is_told, note, print_answer, print_json, warn};
 use super::progress::Waiting;
 use super::prove::thin;
 use super::streams::{input, output};
@@ -97,7 +97,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::Runs::of(&compared, &said))?;
     } else {
         gate.tell()?;
-        print(&runs_text(&compared, &said))?;
+        if is_told() {
+            print_answer(&runs_text(&compared, &said))?;
+        } else {
+            print_answer(&runs_answer(&compared))?;
+        }
         match (&arguments.output, &calibration) {
             (Some(path), Some(_)) => {
                 print_answer(&format!("The robot as it is in {} is in {}.", datasets[datasets.len() - 1].0, path.display()))?;
@@ -185,6 +189,9 @@ fn located(arguments: &Arguments, datasets: &[(String, Dataset)], error: RunsErr
             field: "rows",
             problem: format!("{}; leave it out", with_reasons(&error)),
         }),
+        RunsError::FewRows { ref run, .. } => {
+            Box::new(LocatedError { path: folder(run).join("samples.csv"), field: "rows", problem: with_reasons(&error) })
+        }
         RunsError::NoDates => {
             "--drift needs the date of every run; give --dates, or `date` in [provenance] of each dataset".into()
         }

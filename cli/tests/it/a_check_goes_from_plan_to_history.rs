@@ -83,6 +83,24 @@ fn what_is_planned_is_probed_and_kept() {
     let again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["looks"], document["looks"]);
 
+    // Rows of the campaign with fewer digits are no new measurements, and are not taken for any without a word.
+    fs::create_dir(at.join("rounded")).unwrap();
+    fs::copy(at.join("then/dataset.toml"), at.join("rounded/dataset.toml")).unwrap();
+    let campaign = fs::read_to_string(at.join("then/samples.csv")).unwrap();
+    let titles: Vec<&str> = campaign.lines().next().unwrap().split(',').collect();
+    let rounded = |line: &str| {
+        let cells = line.split(',').zip(&titles).map(|(cell, title)| match cell.parse::<f64>() {
+            Ok(number) if title.ends_with("_deg") => format!("{number:.4}"),
+            _ => cell.to_owned(),
+        });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = campaign.lines().take(8).map(rounded).collect();
+    fs::write(at.join("rounded/samples.csv"), rows.join("\n") + "\n").unwrap();
+    let said = ran(at, &format!("{CHECK} rounded")).stdout;
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert!(said.starts_with("These samples repeat those of the campaign "), "{said}");
+
     refused(at, &format!("{CHECK} now/2 --history history.toml --on 2025-12-09"), "is in history.toml already");
     refused(
         at,
@@ -124,10 +142,11 @@ fn what_is_planned_is_probed_and_kept() {
     fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
     refused(at, "check other.toml --then then now/1 --history history.toml --on 2026-01-02", "begin another history");
     assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
-    // What is measured is not measured again.
-    let again = ran(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1"));
-    let said = String::from_utf8_lossy(&again.stdout).into_owned();
-    assert!(said.contains("nothing to do") && said.contains("The calibration holds"), "{said}");
+    // What was measured on another day does not answer for today: nothing moves, and nothing is said to hold.
+    for line in ["", " --resume", " --history new.toml --on 2026-01-02"] {
+        refused(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1{line}"), "was measured already");
+    }
+    assert!(!at.join("new.toml").exists());
 }
 
 #[test]
@@ -144,6 +163,18 @@ fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
     assert!(said.contains("the tool has moved on the flange"), "{said}");
     let samples = fs::read_to_string(at.join("now/samples.csv")).unwrap().lines().count() - 1;
     assert!(samples < 5, "{samples} poses were probed although fewer name it");
+    // The answer is printed at every level, and whoever closes the pipe gets the same exit code.
+    let judged = format!("{CHECK} now");
+    for level in ["-q", "-qq"] {
+        let quiet = calibench(at, &format!("{judged} {level}").split(' ').collect::<Vec<_>>());
+        let said = String::from_utf8_lossy(&quiet.stdout).into_owned();
+        assert!(quiet.status.code() == Some(1) && said.starts_with("Changed: the tool has moved"), "{level}: {said}");
+    }
+    let mut closed = Command::new(env!("CARGO_BIN_EXE_calibench"));
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let closed = closed.current_dir(at).args(judged.split(' ')).stdout(writer).status().unwrap();
+    assert_eq!(closed.code(), Some(1), "a closed pipe changes no verdict");
     // It is mended. What was found before is no drift of what is healthy now.
     for (visit, day) in [(2, "2025-12-02"), (3, "2025-12-03"), (4, "2025-12-04")] {
         let healthy = format!(

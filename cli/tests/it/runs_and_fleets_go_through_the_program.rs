@@ -68,6 +68,18 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
     fs::write(folder.join("copy/dataset.toml"), described.clone() + "\nagain = true\n").unwrap();
     let (code, _, err) = calibench(&["runs", "A", "copy"], &folder);
     assert!(code == Some(2) && err.contains("copy/samples.csv") && err.contains("are also in A"), "{err}");
+    // Of a run of a few rows nothing can be said, and nothing is.
+    fs::create_dir(folder.join("few")).unwrap();
+    fs::copy(folder.join("B/dataset.toml"), folder.join("few/dataset.toml")).unwrap();
+    let rows = fs::read_to_string(folder.join("B/samples.csv")).unwrap();
+    fs::write(folder.join("few/samples.csv"), rows.lines().take(4).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let (code, _, err) = calibench(&["runs", "A", "few"], &folder);
+    assert!(code == Some(2) && err.contains("few/samples.csv") && err.contains("its 3 rows"), "{err}");
+    // The verdict is the answer.
+    let (told, whole, _) = calibench(&["runs", "A", "B", "--no-prediction"], &folder);
+    let (code, quiet, _) = calibench(&["runs", "A", "B", "--no-prediction", "-q"], &folder);
+    let quiet = String::from_utf8(quiet).unwrap();
+    assert!(code == told && quiet.contains("One geometry ") && quiet.len() < whole.len() / 2, "{quiet}");
     // Metres as millimetres.
     let text = fs::read_to_string(folder.join("B/samples.csv")).unwrap();
     let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
@@ -140,7 +152,14 @@ fn a_fleet_is_made_and_used() {
     assert_eq!(calibration.fleet.map(|f| f.used).as_deref(), Some("fleet"));
     let (code, _, err) = calibench(&["diagnose", "D", "--fleet", "ur10.fleet.toml"], &folder);
     assert_eq!(code, Some(0), "{err}");
+    // A robot that was identified with the fleet repeats what the fleet said: it does not count as another.
+    let (code, _, err) = calibench(&["identify", "D", "--fleet", "ur10.fleet.toml", "-o", "D.toml"], &folder);
+    assert_eq!(code, Some(0), "{err}");
     for (arguments, said) in [
+        (
+            vec!["fleet", "A.toml", "B.toml", "D.toml", "-o", "again.toml"],
+            "D.toml was identified with the prior of a fleet of 2 robots",
+        ),
         (vec!["fleet", "A.toml"], "there is one robot"),
         (vec!["fleet", "A.toml", "A.toml"], "the same measurements"),
         (vec!["fleet", "A.toml", "absent.toml"], "absent.toml"),

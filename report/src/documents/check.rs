@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::format_tag;
 use crate::charts::{elementary_name, elementary_unit, elementary_words};
-use crate::check::{condition_words, noise_remark, quantity_unit, what_to_do};
+use crate::check::{condition_words, noise_remark, quantity_unit, too_alike_remark, what_to_do};
 
 format_tag!(CheckFormat, "calibench-check/1");
 
@@ -198,7 +198,7 @@ impl Check {
             looks: check.looks.iter().map(look).collect(),
             sentinels: Vec::new(),
             power: shown.iter().map(power).collect(),
-            remarks: noise_remark(check).into_iter().collect(),
+            remarks: too_alike_remark(check).into_iter().chain(noise_remark(check)).collect(),
             charts: None,
         }
     }

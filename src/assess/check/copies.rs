@@ -2,7 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use nalgebra::DVector;
 use sha2::{Digest, Sha256};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::CheckReference;
 use crate::assess::copied::{BY_CHANCE, in_both};
@@ -45,6 +47,17 @@ pub(super) fn same_measurement(samples: &[Sample]) -> Option<(&Sample, &Sample)>
 pub fn rows_again(now: &Dataset, earlier: &Dataset) -> Option<usize> {
     let keys = |dataset: &Dataset| dataset.samples.iter().filter(|s| is_read(s)).map(key).collect::<HashSet<_>>();
     in_both([&keys(now), &keys(earlier)], [now.samples.len(), earlier.samples.len()])
+}
+
+/// Probability that chance leaves no more of the changes than of a check that is told of: rows of the campaign itself with fewer
+/// digits leave far less.
+const HARDLY_EVER: f64 = 1e-9;
+
+/// Root mean square of the changes, whitened by their noise, if chance hardly ever leaves as little.
+pub(super) fn too_alike(changes: &DVector<f64>) -> Option<f64> {
+    let squares = changes.norm_squared();
+    let chance = ChiSquared::new(changes.len() as f64).map_or(1.0, |law| law.cdf(squares));
+    (chance < HARDLY_EVER).then(|| (squares / changes.len() as f64).sqrt())
 }
 
 impl CheckReference<'_> {

@@ -32,7 +32,7 @@ pub use noise::NoiseOf;
 pub use power::{Power, PowerAt, Quantity, SHOWN, Shown, Smallest, power_of_check};
 
 use self::conditions::of_samples;
-use self::copies::same_measurement;
+use self::copies::{same_measurement, too_alike};
 use self::evidence::Evidence;
 use self::loads::other_loads;
 use self::noise::ComparisonNoise;
@@ -190,6 +190,8 @@ pub struct RobotCheck {
     pub noise: NoiseOf,
     /// Noise of one measurement, as stated for the samples, in units of that of the campaign.
     pub noise_ratio: f64,
+    /// Root mean square of the changes in units of their noise, where chance hardly ever leaves so little.
+    pub too_alike: Option<f64>,
 }
 
 impl RobotCheck {
@@ -226,7 +228,8 @@ impl RobotCheck {
             Some(Closest { condition, left: left.rms()? * noise_of_all, noise: noise_of_all, explains: left.fits })
         });
         let noise_ratio = scene.noise_ratio();
-        RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, closest, noise, noise_ratio }
+        let (given, too_alike) = (scene.pairs.len(), too_alike(&scene.differences));
+        RobotCheck { looks, given, changed, conditions, settled, aliased, closest, noise, noise_ratio, too_alike }
     }
 }
 

@@ -69,6 +69,14 @@ pub enum RunsError {
         /// Name of the run.
         run: String,
     },
+    /// Nothing can be said of a run of so few poses.
+    #[error("its {rows} rows of set `fit` are too few to say whether it is the same robot; give a run of four at least")]
+    FewRows {
+        /// Name of the run.
+        run: String,
+        /// Number of rows.
+        rows: usize,
+    },
     /// What may differ between the runs takes nearly all that was measured.
     #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what may differ; give runs with more rows")]
     TooFewRows {
@@ -90,6 +98,9 @@ pub enum RunsError {
     #[error(transparent)]
     Identify(#[from] IdentifyError),
 }
+
+/// Fewest rows of a run: three compare no more than a base or a tool has degrees of freedom.
+const FEWEST_ROWS: usize = 4;
 
 /// A run of a robot.
 #[derive(Debug, Clone, Copy)]
@@ -336,6 +347,10 @@ fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
     let is_empty = |run: &&Run<'_>| !run.dataset.samples.iter().any(|s| Use::Fit.takes(s));
     if let Some(run) = runs.iter().find(is_empty) {
         return Err(RunsError::NoRows { run: run.name.into() });
+    }
+    let fitted = |run: &Run<'_>| run.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).count();
+    if let Some(run) = runs.iter().find(|run| fitted(run) < FEWEST_ROWS) {
+        return Err(RunsError::FewRows { run: run.name.into(), rows: fitted(run) });
     }
     if !question.drifts.is_empty() && runs.iter().any(|run| run.day.is_none()) {
         return Err(RunsError::NoDates);

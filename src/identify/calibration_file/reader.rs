@@ -68,6 +68,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         dataset_hashes: file.dataset_sha256.clone(),
         fitted_rows: reader.fitted_rows()?,
         absolute_accuracy: file.absolute_accuracy,
+        fleet_robots: file.fleet_robots,
         robot: Arc::new(robot),
     })
 }

@@ -38,6 +38,9 @@ pub(super) struct File {
     /// True if the controller's own absolute-accuracy option was on; not there if nobody said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
+    /// Number of robots of the fleet whose prior was used; not there without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) fleet_robots: Option<usize>,
     /// Groups of parameters that the data cannot tell apart.
     pub(super) unresolved: Vec<Vec<String>>,
     /// How well the model fits.

@@ -178,7 +178,8 @@ fn calibrated(datasets: &[(&str, &Dataset)], model: &Model, prior: &FleetPrior) 
     let problem = Problem::new(datasets, &with, Use::Fit)?;
     let fit = fit(&problem)?;
     let covariance = covariance_with_model_error(&problem, &fit)?;
-    let calibration = Calibration::with_covariance(datasets, model, &problem, &fit, &covariance);
+    let fitted = Calibration::with_covariance(datasets, model, &problem, &fit, &covariance);
+    let calibration = Calibration { fleet_robots: prior.fleet.as_ref().map(|fleet| fleet.robots), ..fitted };
     calibration.check_residual(datasets, &calibration)?;
     Ok(calibration)
 }

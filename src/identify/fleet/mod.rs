@@ -45,6 +45,16 @@ pub enum FleetError {
         /// The other.
         other: String,
     },
+    /// A calibration that repeats what a fleet said.
+    #[error(
+        "{name} was identified with the prior of a fleet of {robots} robots, which it repeats; identify it without --fleet, from its data alone, or leave it out"
+    )]
+    OfFleet {
+        /// The calibration.
+        name: String,
+        /// Number of robots of that fleet.
+        robots: usize,
+    },
     /// A fit that did not converge.
     #[error("{name}: its fit {outcome}; identify it again or leave it out")]
     Unconverged {
@@ -72,6 +82,9 @@ impl Fleet {
             }
             if let Some(outcome) = c.unconverged() {
                 return Err(FleetError::Unconverged { name: (*name).into(), outcome: outcome.in_words() });
+            }
+            if let Some(robots) = c.fleet_robots {
+                return Err(FleetError::OfFleet { name: (*name).into(), robots });
             }
             let same = |(_, other): &&(&str, &Calibration)| {
                 let one_dataset = c.dataset_hashes.iter().any(|h| !h.is_empty() && other.dataset_hashes.contains(h));
