@@ -24,7 +24,7 @@ pub(super) struct TableColumn {
     pub stem: String,
     /// Unit in the title.
     pub unit: Option<&'static str>,
-    /// True if every entry is `fit` or `validation`.
+    /// True if every entry is `fit` or `validation`, and both occur.
     pub is_set: bool,
     /// Largest number; `None` if more entries than may have failed are no numbers.
     pub largest: Option<f64>,
@@ -68,7 +68,8 @@ impl Table {
             // A measurement that failed now and then makes no other column of it.
             let are_numbers = !numbers.is_empty() && (entries.len() - numbers.len()) as f64 <= FAILED * entries.len() as f64;
             let largest = are_numbers.then(|| numbers.iter().fold(0.0f64, |m, v| m.max(v.abs())));
-            let is_set = !entries.is_empty() && entries.iter().all(|t| ["fit", "validation"].contains(&t.as_str()));
+            let has = |word: &str| entries.iter().any(|t| t.as_str() == word);
+            let is_set = has("fit") && has("validation") && entries.iter().all(|t| ["fit", "validation"].contains(&t.as_str()));
             let (stem, unit) = without_unit(&title);
             TableColumn { place: k + 1, title, stem, unit, is_set, largest }
         };
