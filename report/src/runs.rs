@@ -94,12 +94,23 @@ pub fn runs_answer(c: &RunsComparison) -> String {
 }
 
 fn verdict_sentence(c: &RunsComparison) -> String {
+    let warmer = c.warmer.map(|apart| {
+        format!("the mean temperatures of these runs differ by {apart:.1} K, and no effect of the model knows of it")
+    });
     match c.verdict {
         RunsVerdict::OneGeometry => format!("One geometry explains all runs ({}).", test_words(&c.after)),
         RunsVerdict::Changed => format!(
-            "One geometry explains all runs but for that ({}; without it chance {}).",
+            "One geometry explains all runs but for that ({}; without it chance {}).{}",
             test_words(&c.after),
-            chance(c.before.chance)
+            chance(c.before.chance),
+            warmer.map_or_else(String::new, |warmer| format!(
+                " But {warmer}: compare them with `thermal_growth:temp` in the model before this is believed."
+            ))
+        ),
+        RunsVerdict::Several if warmer.is_some() => format!(
+            "One geometry does not explain these runs, nor does it with a few changes ({}); but {}: compare them with `thermal_growth:temp` in the model before any of this is believed.",
+            test_words(&c.after),
+            warmer.unwrap_or_default()
         ),
         RunsVerdict::Several => format!(
             "One geometry does not explain these runs, nor does it with a few changes ({}): another robot, an arm that was taken apart, or runs of different robots. Compare them two by two.",

@@ -126,6 +126,16 @@ fn a_heavier_payload_in_one_run_is_no_other_robot() {
     let said = String::from_utf8(out).unwrap();
     assert_eq!(code, Some(0), "{said}{err}");
     assert!(said.contains("The payload of now differs from what was entered by +0."), "{said}");
+    // An arm that is warmer, and that the model does not know to be, is not called another robot without a word.
+    let warmer = format!(
+        "format = \"calibench-scenario/1\"\nextends = \"{cell}\"\nname = \"warmer\"\n[truth.controller]\nwarm_up_s = 10.0\nwarm_up_c = 8.0\n[truth.effects.\"thermal_growth:temp\"]\nk_um_per_m_k = 23.0\n"
+    );
+    fs::write(folder.join("warmer.toml"), warmer).unwrap();
+    let (code, _, err) = calibench(&["measure", "warmer.toml", "--plan", "plan.toml", "--visit", "1", "-o", "warm"], folder);
+    assert_eq!(code, Some(0), "{err}");
+    let (_, out, _) = calibench(&["runs", "then", "warm", "--no-prediction", "-q"], folder);
+    let out = String::from_utf8(out).unwrap();
+    assert!(out.contains("temperatures of these runs differ by ") && !out.contains("another robot"), "{out}");
     let (_, out, _) = calibench(&["runs", "then", "now", "--no-prediction", "--json"], folder);
     let document: Runs = serde_json::from_slice(&out).unwrap();
     assert!(document.verdict == "one_geometry_with_changes" && document.differences.len() == 1, "{said}");

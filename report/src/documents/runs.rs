@@ -36,6 +36,9 @@ pub struct Runs {
     pub effects: Vec<EffectOfRuns>,
     /// Ids of the effects of the model that predicts runs left out best.
     pub model: Vec<String>,
+    /// By how much the mean temperatures of the runs differ, K, if an arm shows as much and no effect of the model knows of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warmer_k: Option<f64>,
 }
 
 /// Root mean square errors of the robot of the other runs.
@@ -231,6 +234,7 @@ impl Runs {
         Runs {
             format: RunsFormat::V1,
             verdict: comparison.verdict.name().into(),
+            warmer_k: comparison.warmer,
             false_alarm: RUNS_FALSE_ALARM,
             left_out: LeftOutErrors { model_mm, curves_mm },
             runs: comparison.runs.iter().zip(dates).map(run).collect(),

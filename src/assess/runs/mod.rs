@@ -207,6 +207,9 @@ pub struct RunsComparison {
     /// Root mean square of the errors at runs left out, over all runs that could be judged, m: of the model given, and with error
     /// curves.
     pub left_out: [Option<f64>; 2],
+    /// By how much the mean temperatures of the runs differ, K, if it is as much that an arm shows it, and no effect of the model
+    /// knows of it.
+    pub warmer: Option<f64>,
 }
 
 impl RunsComparison {
@@ -259,6 +262,7 @@ impl RunsComparison {
             model: kept,
             curves: false,
             left_out: [None; 2],
+            warmer: unknown_warmth(&question),
         };
         if question.left_out {
             comparison.leave_out(&named, observer)?;
@@ -336,6 +340,21 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
         });
     }
     kept
+}
+
+/// Difference of temperatures from which it is told of, K: a metre of arm grows by some ten micrometres.
+const WARMER: f64 = 1.0;
+
+/// By how much the mean temperatures of the runs differ, K, if that is much, and no effect of the model depends on them.
+fn unknown_warmth(question: &RunsQuestion<'_>) -> Option<f64> {
+    let mean = |run: &Run<'_>| {
+        let all: Vec<f64> = run.dataset.samples.iter().filter_map(|s| s.temp_c).collect();
+        (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+    };
+    let means: Vec<f64> = question.runs.iter().filter_map(mean).collect();
+    let apart = means.iter().copied().fold(f64::MIN, f64::max) - means.iter().copied().fold(f64::MAX, f64::min);
+    let is_known = question.model.effects.iter().any(|effect| effect.starts_with("thermal"));
+    (apart >= WARMER && !is_known).then_some(apart)
 }
 
 /// Checks that there are runs to be compared.
