@@ -266,11 +266,11 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_drawn_elsewhere_is_the_same_to_the_last_bit() {
+    fn a_chain_drawn_by_a_helper_is_the_same_to_the_last_bit() {
         let (model, _) = drawn(&mut ChaCha8Rng::seed_from_u64(3), 24);
         let job = postcard::to_allocvec(&(&model, 5_u64, 1_u64)).unwrap();
-        let elsewhere: Vec<Draw> = postcard::from_bytes(&help(&job).unwrap()).unwrap();
-        assert_eq!(model.draws(5).unwrap()[KEPT..], elsewhere);
+        let by_helper: Vec<Draw> = postcard::from_bytes(&help(&job).unwrap()).unwrap();
+        assert_eq!(model.draws(5).unwrap()[KEPT..], by_helper);
         assert_eq!(help(&job[..job.len() - 1]), None);
     }
 
