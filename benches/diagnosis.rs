@@ -5,10 +5,10 @@ mod works;
 
 use std::hint::black_box;
 
-use calibench::assess::{Examination, diagnose, diagnose_examined};
+use calibench::diagnosis::{Examination, diagnose, diagnose_examined};
 use calibench::identify::Model;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::Dataset;
+use calibench::measure::dataset::Dataset;
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::{golden, oracles};
 

@@ -5,7 +5,9 @@ mod works;
 
 use std::hint::black_box;
 
-use calibench::identify::{Adjustment, Model, Problem, Use, fit, identify, independent_parameters};
+use calibench::identify::fit::{fit, independent_parameters};
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Adjustment, Model, identify};
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 

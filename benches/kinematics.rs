@@ -6,7 +6,7 @@ mod works;
 use std::hint::black_box;
 use std::ops::Range;
 
-use calibench::robot::Posture;
+use calibench::robot::kinematics::Posture;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::Vector3;
 use works::{Arm, Arms, BatchOfPostures, LANES, golden};
@@ -26,7 +26,7 @@ fn kinematics(c: &mut Criterion) {
     group.throughput(Throughput::Elements(configurations.len() as u64)).sample_size(20);
     let mut columns = [Vector3::zeros(); 31];
     let mut posture = Posture::new(&model.robot);
-    let nominal = vec![0.0; calibench::robot::SiteIndex::new(6).len()];
+    let nominal = vec![0.0; calibench::robot::sites::SiteIndex::new(6).len()];
     let mut bench = |name: &str, work: &mut dyn FnMut(Range<usize>)| {
         works::print_least(name, FEW, || work(0..FEW));
         group.bench_function(name, |b| b.iter(|| work(0..configurations.len())));

@@ -5,7 +5,7 @@ mod works;
 
 use std::hint::black_box;
 
-use calibench::measure::selection::{Candidates, Quota, Request, select};
+use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 

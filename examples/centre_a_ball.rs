@@ -10,7 +10,7 @@ use std::error::Error;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError, TriCal};
-use calibench::measure::{CenteringController, CentringSettings};
+use calibench::measure::centring::{CenteringController, CentringSettings};
 use calibench::nalgebra::Vector3;
 use calibench::units::{MM, UM};
 

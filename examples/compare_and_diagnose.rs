@@ -6,10 +6,13 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use calibench::assess::{Comparison, Diagnosis, diagnose};
-use calibench::identify::{Model, Use, identify};
-use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet};
-use calibench::robot::{FramePose, built_in, world_from_tool};
+use calibench::diagnosis::{Diagnosis, diagnose};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::residuals::comparison::Comparison;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, built_in};
 use calibench::units::{MM, UM, URAD};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

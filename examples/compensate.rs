@@ -6,10 +6,13 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use calibench::compensate::{Compensator, Conditions, Desired, Fake, Target, Task};
-use calibench::identify::{Calibration, Model, identify};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::compensate::conditions::Conditions;
+use calibench::compensate::{Compensator, Desired, Fake, Target, Task};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

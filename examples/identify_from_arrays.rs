@@ -6,10 +6,12 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use calibench::identify::{Calibration, Model, identify};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
 use calibench::nalgebra::Vector3;
-use calibench::robot::{FramePose, built_in, world_from_tool};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, built_in};
 use calibench::units::{DEG, MM, UM};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

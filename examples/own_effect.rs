@@ -6,14 +6,18 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use calibench::assess::diagnose;
-use calibench::effects::{
-    Effect, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Registry, Role,
-    Scan, Signature, Situation, Stray,
-};
-use calibench::identify::{Estimate, Model, identify};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, MdhEntry, Site, built_in, world_from_tool};
+use calibench::diagnosis::diagnose;
+use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use calibench::effects::family::{Family, Origin, Scan};
+use calibench::effects::registry::Registry;
+use calibench::effects::situation::Situation;
+use calibench::effects::{Effect, Emit, ParameterSpec};
+use calibench::identify::calibration::Estimate;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::sites::{MdhEntry, Site};
+use calibench::robot::{FramePose, built_in};
 use calibench::units::{DEG, UM, Unit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -9,11 +9,11 @@ use schemars::Schema;
 pub fn schemas() -> [(&'static str, Schema); 7] {
     [
         ("robot", crate::robot::robot_schema()),
-        ("dataset", crate::measure::dataset_schema()),
-        ("samples", crate::measure::samples_schema()),
+        ("dataset", crate::measure::dataset::description::dataset_schema()),
+        ("samples", crate::measure::dataset::samples_schema::samples_schema()),
         ("model", crate::identify::model_schema()),
         ("calibration", crate::identify::calibration_schema()),
-        ("plan", crate::measure::plan_schema()),
-        ("cell", crate::measure::cell_schema()),
+        ("plan", crate::measure::poses::plan_schema()),
+        ("cell", crate::measure::campaign::cell::cell_schema()),
     ]
 }

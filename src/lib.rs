@@ -8,17 +8,21 @@
 //!
 //! A laser-tracker sample obeys the same equation, with the measured point in place of the ball.
 //! Modules in reading order: [`robot`] (the arm), [`effects`] (its possible errors), [`cell`] (the objects in the cell),
-//! [`measure`] (taking the data), [`identify`] (estimating the parameters), [`assess`] (judging them), [`compensate`]
-//! (using them).
+//! [`measure`] (taking the data), [`identify`] (estimating the parameters), [`residuals`], [`diagnosis`], [`prediction`] and
+//! [`selection`] (judging them and finding what is missing), [`planning`] (the next measurements), [`monitoring`] (whether a
+//! calibration still holds), [`compensate`] (using it).
 //! SI inside; millimetres, micrometres and degrees outside, with the unit in the name ([`units`]).
 //!
 //! From a dataset to a calibration:
 //!
 //! ```
-//! use calibench::identify::{Model, identify, write_calibration};
-//! use calibench::measure::read_dataset;
-//! # use calibench::measure::{Dataset, Measured, Noise, Sample, write_dataset};
-//! # use calibench::robot::{FramePose, built_in, world_from_tool};
+//! use calibench::identify::calibration::write_calibration;
+//! use calibench::identify::{Model, identify};
+//! use calibench::measure::dataset::file::read_dataset;
+//! # use calibench::measure::dataset::file::write_dataset;
+//! # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+//! # use calibench::robot::kinematics::world_from_tool;
+//! # use calibench::robot::{FramePose, built_in};
 //! # let temporary = tempfile::tempdir()?;
 //! # let folder = temporary.path();
 //! # let (robot, base, tool) = (built_in("kr6_r700").ok_or("built in")?, FramePose::default(), FramePose::default());
@@ -42,9 +46,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod assess;
 pub mod cell;
 pub mod compensate;
+pub mod diagnosis;
 pub mod effects;
 #[cfg(feature = "schema")]
 pub mod file_formats;
@@ -53,9 +57,14 @@ pub mod identify;
 pub mod import;
 pub mod math;
 pub mod measure;
+pub mod monitoring;
+pub mod planning;
+pub mod prediction;
+pub mod residuals;
 pub mod robot;
 #[cfg(feature = "schema")]
 pub mod schema;
+pub mod selection;
 pub mod units;
 
 /// The linear algebra of this library's interfaces, in the version that they speak.

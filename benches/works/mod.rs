@@ -13,9 +13,13 @@ pub mod trial;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use calibench::identify::{Model, Problem, TorquePosture};
-use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
-use calibench::robot::{BatchInput, Loads, LoadsBatch, Posture, Postures, Site, SiteIndex, Vectors, Weights};
+use calibench::identify::problem::Problem;
+use calibench::identify::{Model, TorquePosture};
+use calibench::measure::dataset::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::robot::Vectors;
+use calibench::robot::kinematics::{BatchInput, Posture, Postures};
+use calibench::robot::sites::{Site, SiteIndex};
+use calibench::robot::statics::{Loads, LoadsBatch, Weights};
 use golden::GoldenModel;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

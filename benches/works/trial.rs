@@ -1,8 +1,13 @@
 //! W4: one whole calibration, from the first reading to the validation, of a robot that differs from its drawing by known amounts.
 
-use calibench::identify::{Adjustment, Problem, Use};
-use calibench::measure::{Dataset, Measured};
-use calibench::robot::{BatchInput, FramePose, Loads, MdhEntry, Posture, Postures, RelTool, Robot, Site, SiteIndex, Vectors};
+use calibench::identify::Adjustment;
+use calibench::identify::problem::{Problem, Use};
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::robot::kinematics::{BatchInput, Posture, Postures};
+use calibench::robot::rel_tool::RelTool;
+use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::Loads;
+use calibench::robot::{FramePose, Robot, Vectors};
 use nalgebra::{Rotation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

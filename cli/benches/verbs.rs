@@ -11,10 +11,15 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use calibench::assess::{Advice, HoldOut, WorkspacePoses, best_step, data_fit, ladder_step};
-use calibench::identify::{Model, Use};
+use calibench::identify::Model;
+use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::Dataset;
+use calibench::measure::dataset::Dataset;
+use calibench::prediction::WorkspacePoses;
+use calibench::residuals::misfit::data_fit;
+use calibench::selection::Advice;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{best_step, ladder_step};
 use calibench_lab::study::{Extent, Study, Summary, run};
 use calibench_report::workbench::{Bench, Case, Place};
 use calibench_report::{Recommended, diagnosis_tables, next_step_sentences, sentences};

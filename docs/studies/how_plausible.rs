@@ -8,8 +8,9 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use calibench::assess::Validation;
-use calibench::measure::{Phase, ProbingRecord};
+use calibench::measure::campaign::ProbingRecord;
+use calibench::measure::centring::Phase;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use calibench::assess::{Chart, Charts, Elementary, RUN_LENGTH};
+use calibench::monitoring::check::charts::{Chart, Charts, RUN_LENGTH};
+use calibench::monitoring::check::conditions::Elementary;
 use calibench::units::{DEG, UM};
 
 use super::gallery::escaped;

@@ -1,6 +1,8 @@
 //! A check of a calibrated robot in words and tables.
 
-use calibench::assess::{Condition, FALSE_ALARM, NOISE_ALIKE, NoiseOf, Power, Quantity, RobotCheck, SHOWN, Shown};
+use calibench::monitoring::check::conditions::Condition;
+use calibench::monitoring::check::power::{Power, Quantity, SHOWN, Shown};
+use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
 use super::tables::plain_rows;

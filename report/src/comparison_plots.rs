@@ -5,8 +5,8 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::workspace::Forecast;
-use calibench::assess::Comparison;
 use calibench::files::{FileError, replace_folder, write_whole};
+use calibench::residuals::comparison::Comparison;
 use calibench::units::{MM, UM, URAD};
 
 /// The file that marks a folder of such tables.

@@ -6,7 +6,8 @@ use super::figures::{NOT_FITTED, RESIDUAL};
 use super::workspace::{Forecast, NoForecast};
 use super::{orientation_words, plain_table};
 use crate::optional;
-use calibench::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
+use calibench::residuals::comparison::{Comparison, SIGNIFICANCE};
+use calibench::residuals::views::{JointBin, ViewTest};
 use calibench::units::{MM, UM, URAD};
 
 /// Number of curves shown; the others are in the JSON document.
@@ -152,7 +153,7 @@ fn tool(c: &Comparison) -> String {
     let header =
         ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", optional!(3, "chi2"), optional!(3, "dof"), "p"];
     let mut rows: Vec<[String; 9]> = Vec::new();
-    let mut row = |name: String, samples: usize, rms: f64, view: &calibench::assess::ToolView| {
+    let mut row = |name: String, samples: usize, rms: f64, view: &calibench::residuals::views::ToolView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
         let [chi2, dof, p] = test(&view.test);
         rows.push([name, samples.to_string(), format!("{:.4}", rms / MM), x, y, z, chi2, dof, p]);
@@ -180,7 +181,7 @@ fn world(c: &Comparison) -> String {
         "p",
     ];
     let mut rows: Vec<[String; 12]> = Vec::new();
-    let mut row = |name: String, rms: f64, view: &calibench::assess::WorldView| {
+    let mut row = |name: String, rms: f64, view: &calibench::residuals::views::WorldView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.translation, &view.translation_sigma, UM));
         let [rx, ry, rz] = unless_absorbed(&view.test, with_sigma(&view.rotation, &view.rotation_sigma, URAD));
         let [chi2, dof, p] = test(&view.test);

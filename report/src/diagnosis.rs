@@ -4,7 +4,7 @@ use super::diagnosis_sentences::sizes;
 use super::heat_map::{curve_line, heat_map_text};
 use super::tables::plain_table;
 use crate::optional;
-use calibench::assess::{Diagnosis, Verdict};
+use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects::in_words;
 
 /// The tables of a diagnosis for a terminal: the candidates, the contributions and, if asked for or if nothing else

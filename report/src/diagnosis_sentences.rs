@@ -9,9 +9,12 @@ use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
 use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
-use calibench::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
-use calibench::effects::{self, EffectId, Follows, variable_in_words};
-use calibench::identify::Outcome;
+use calibench::diagnosis::hypotheses::Place;
+use calibench::diagnosis::{Diagnosis, Finding, FoundParameter, Verdict};
+use calibench::effects;
+use calibench::effects::facts::Follows;
+use calibench::effects::{EffectId, variable_in_words};
+use calibench::identify::fit::Outcome;
 use calibench::units::MM;
 
 /// Detectability below which an effect is called hidden, as the share of its energy that the fitted model does not absorb.
@@ -100,7 +103,7 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
         }
         Verdict::Identified | Verdict::Partly => {
             let is_warmth = |f: &Finding| {
-                let family = effects::family(EffectId::new(&f.hypothesis.in_model).family());
+                let family = effects::registry::family(EffectId::new(&f.hypothesis.in_model).family());
                 family.is_some_and(|f| f.follows.contains(&Follows::Temperature))
             };
             let warm_up = match first(d).is_some_and(is_warmth) {
@@ -216,7 +219,7 @@ fn suspects(d: &Diagnosis) -> Option<String> {
 fn outlier(d: &Diagnosis) -> Option<String> {
     let place = d.outlier()?;
     let f = &d.findings[place];
-    let sample = effects::set_aside_by(&f.hypothesis.in_model)?;
+    let sample = effects::catalogue::set_aside_by(&f.hypothesis.in_model)?;
     Some(if place == 0 {
         format!(
             "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, or leave it out.",

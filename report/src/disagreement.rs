@@ -1,6 +1,8 @@
 //! Where an expected and a measured figure stand side by side and differ beyond their bands: a sentence that says why.
 
-use calibench::assess::{LadderStep, Validation, WorkspaceError};
+use calibench::prediction::WorkspaceError;
+use calibench::residuals::Validation;
+use calibench::selection::ladder::LadderStep;
 use calibench::units::MM;
 
 use super::effect_names::capital;
@@ -52,7 +54,7 @@ fn between(measured: &Validation, expected: &WorkspaceError, outside: usize) -> 
 
 #[cfg(test)]
 mod tests {
-    use calibench::assess::Banded;
+    use calibench::prediction::Banded;
 
     use super::*;
 

@@ -40,7 +40,7 @@ pub const CROSS_VALIDATED: Figure = Figure {
     meaning: "the same for rows that were each left out of one fit in turn, neighbours together",
     verbs: &["add", "ladder"],
     keys: &["cross_validated_mm", "cv_rms_mm"],
-    function: path!(calibench::assess::ladder_step),
+    function: path!(calibench::selection::ladder::ladder_step),
 };
 
 /// Position error on rows of set `validation`, or of campaigns that were not fitted.
@@ -49,7 +49,7 @@ pub const NOT_FITTED: Figure = Figure {
     meaning: "measured minus predicted on rows kept for validation, or of a campaign that was not fitted; the instrument's noise is part of it",
     verbs: &["validate", "compare", "add", "ladder", "run"],
     keys: &["validation", "checks"],
-    function: path!(calibench::assess::Validation::of),
+    function: path!(calibench::residuals::Validation::of),
 };
 
 /// Position error to expect over the workspace.
@@ -58,7 +58,7 @@ pub const WORKSPACE: Figure = Figure {
     meaning: "the position error to expect at postures all over the workspace, drawn from everything that the data leave possible; without the instrument's noise",
     verbs: &["validate", "compare", "diagnose", "add", "ladder"],
     keys: &["workspace"],
-    function: path!(calibench::assess::WorkspaceError::predict),
+    function: path!(calibench::prediction::WorkspaceError::predict),
 };
 
 /// Position error to expect at one target.
@@ -76,7 +76,7 @@ pub const NOISE: Figure = Figure {
     meaning: "the scatter of repeated measurements at one posture, or as stated where nothing was repeated",
     verbs: &["diagnose", "compare"],
     keys: &["instrument_noise_um", "noise_um_per_axis"],
-    function: path!(calibench::assess::NoiseFloor::of),
+    function: path!(calibench::residuals::noise_floor::NoiseFloor::of),
 };
 
 /// Noise left in the residual of the fit.
@@ -85,7 +85,7 @@ pub const NOISE_LEFT: Figure = Figure {
     meaning: "the part of that noise which the fit leaves in its residual, rms of the 3-D length; its parameters absorb the rest",
     verbs: &["compare", "diagnose", "add", "ladder"],
     keys: &["noise_left_mm"],
-    function: path!(calibench::assess::noise_left),
+    function: path!(calibench::residuals::noise_left),
 };
 
 /// Residual beyond the noise.
@@ -94,7 +94,7 @@ pub const UNEXPLAINED: Figure = Figure {
     meaning: "the residual of the fit beyond the noise left in it",
     verbs: &["diagnose", "compare"],
     keys: &["unexplained_mm"],
-    function: path!(calibench::assess::unexplained),
+    function: path!(calibench::residuals::unexplained),
 };
 
 /// All figures, in the order in which a calibration is judged.

@@ -1,7 +1,9 @@
 //! Notes on an effect named by a diagnosis: the effects aliased with it in the data, and the time of a step.
 
-use calibench::assess::{Finding, LadderStep, Moment};
+use calibench::diagnosis::Finding;
+use calibench::diagnosis::hypotheses::Moment;
 use calibench::effects::EffectId;
+use calibench::selection::ladder::LadderStep;
 
 use super::effect_names::{called, capital};
 

@@ -1,6 +1,6 @@
 //! What robots of one type have in common, in words and tables.
 
-use calibench::identify::{CONFLICT, Fleet, FleetJudged, FleetParameter, PriorUsed};
+use calibench::identify::fleet::{CONFLICT, Fleet, FleetJudged, FleetParameter, PriorUsed};
 
 use super::tables::plain_rows;
 

@@ -1,7 +1,7 @@
 //! The heat map: a table of all joints and the variables that their errors may follow, and the best curve as a sparkline.
 
 use super::tables::plain_rows;
-use calibench::assess::{Curve, HeatMap, Variable};
+use calibench::diagnosis::heat_map::{Curve, HeatMap, Variable};
 use calibench::units::URAD;
 
 /// Table of log evidence against the model discrepancy (background), joints by variables; the best entry is starred.

@@ -3,7 +3,8 @@
 use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, WORKSPACE};
 use super::ladder_sentences::ladder_step_words;
 use super::tables::{marked, plain_rows};
-use calibench::assess::{LadderStep, Validation};
+use calibench::residuals::Validation;
+use calibench::selection::ladder::LadderStep;
 use calibench::units::MM;
 
 /// Steps as a table, errors in mm; one column per campaign if there are several, and one per campaign that was not fitted.

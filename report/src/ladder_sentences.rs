@@ -4,11 +4,14 @@ use super::effect_names::{all_called, called, each_called};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
 use super::recommended::Recommended;
 use super::tables::plain_table;
-use calibench::assess::{
-    Choice, ChoiceKind, Contradiction, Gain, Lack, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
-};
+use calibench::diagnosis::Symptom;
 use calibench::effects;
-use calibench::identify::Outcome;
+use calibench::effects::facts::Unphysical;
+use calibench::identify::fit::Outcome;
+use calibench::planning::planned::Planned;
+use calibench::selection::ladder::{Ladder, LadderStep, StopReason};
+use calibench::selection::recommend::{Choice, ChoiceKind, Gain, Lack};
+use calibench::selection::{Contradiction, Objection};
 use calibench::units::MM;
 
 /// Relative rise of the expected error that is reported.
@@ -108,7 +111,7 @@ pub(super) fn ladder_step_words(ladder_step: &LadderStep) -> String {
 
 /// The effects added in one step, worded alike everywhere; if there are many, their number.
 pub(super) fn added_words(added: &[String]) -> String {
-    let samples = added.iter().filter(|effect| effects::set_aside_by(effect).is_some()).count();
+    let samples = added.iter().filter(|effect| effects::catalogue::set_aside_by(effect).is_some()).count();
     match added {
         few if few.len() <= 3 => few.join(" + "),
         many if samples == many.len() => format!("{samples} samples set aside"),

@@ -1,6 +1,7 @@
 //! The meaning of an effect and where to look for it, in shop-floor terms.
 
-use calibench::effects::{Meaning, family};
+use calibench::effects::facts::Meaning;
+use calibench::effects::registry::family;
 
 /// Description of an effect that belongs to no family.
 const OWN: &str = "an effect of your own";

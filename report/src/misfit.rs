@@ -1,6 +1,6 @@
 //! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence.
 
-use calibench::assess::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
+use calibench::residuals::misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
 use calibench::units::MM;
 
 /// The residual of the nominal arm on a dataset, on one line.

@@ -3,8 +3,10 @@
 use super::effect_names::called;
 use super::tables::plain_table;
 use crate::optional;
-use calibench::assess::{Criterion, Detectability, Offer, Proposal, Step};
+use calibench::diagnosis::detectability::Detectability;
 use calibench::effects::in_words;
+use calibench::planning::designer::Criterion;
+use calibench::planning::{Offer, Proposal, Step};
 use calibench::units::MM;
 
 /// One minute, s.

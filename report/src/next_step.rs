@@ -1,7 +1,9 @@
 //! What to do next, in words: the one advice that is given on a model, whoever gives it.
 
-use calibench::assess::{Advice, Diagnosis, Ladder, ToDo, Verdict};
+use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects;
+use calibench::selection::ladder::Ladder;
+use calibench::selection::{Advice, ToDo};
 
 use super::effect_names::{all_called, called, each_called};
 use super::ladder_sentences::objection_sentence;
@@ -21,7 +23,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);
             match advice.effects() {
-                [one] if effects::set_aside_by(one).is_some() => {
+                [one] if effects::catalogue::set_aside_by(one).is_some() => {
                     format!("Next: {command}: {}, which disagrees with all others.", called(one))
                 }
                 [one] => {

@@ -20,8 +20,9 @@ use serde_json::{Value, json};
 use self::against::Rival;
 use super::Recommended;
 use super::documents::Run;
-use calibench::identify::{IdentifyError, Model};
-use calibench::measure::Dataset;
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::measure::dataset::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
 pub(crate) use self::html::script_sources;

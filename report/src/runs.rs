@@ -1,9 +1,8 @@
 //! Many runs of one robot in words and tables.
 
-use calibench::assess::{
-    Difference, EffectInRuns, EffectStatus, ParameterInRuns, ParameterStatus, Pattern, RunsComparison, RunsTest, RunsVerdict,
-};
-use calibench::identify::Estimate;
+use calibench::identify::calibration::Estimate;
+use calibench::monitoring::runs::tables::{EffectInRuns, EffectStatus, ParameterInRuns, ParameterStatus};
+use calibench::monitoring::runs::{Difference, Pattern, RunsComparison, RunsTest, RunsVerdict};
 use calibench::units::{MM, UM};
 
 use super::effect_names::called;
@@ -123,7 +122,7 @@ fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
     let dated = dates.iter().any(Option::is_some);
     let header =
         ["run", "date", "samples", "postures", "residual mm", "noise \u{b5}m", "from the others mm", "with error curves mm"];
-    let row = |(k, run): (usize, &calibench::assess::RunOfRobot)| {
+    let row = |(k, run): (usize, &calibench::monitoring::runs::tables::RunOfRobot)| {
         let error = |place: usize| match run.from_others.as_ref().map(|both| &both[place]) {
             Some(Ok(errors)) => format!("{:.3}", errors.rms / MM),
             _ => "-".into(),

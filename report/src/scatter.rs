@@ -1,6 +1,7 @@
 //! The scatter found in the data, in words.
 
-use calibench::assess::{RepeatScatter, Scatter, Suspect};
+use calibench::diagnosis::Scatter;
+use calibench::residuals::noise::{RepeatScatter, Suspect};
 use calibench::units::{DEG, MM, UM, URAD};
 
 /// Number of suspects listed by name.

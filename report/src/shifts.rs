@@ -2,7 +2,7 @@
 
 use super::effect_names::called;
 use super::tables::plain_rows;
-use calibench::assess::{Shift, Shifts, shift_of};
+use calibench::diagnosis::shifts::{Shift, Shifts, shift_of};
 use calibench::units::Unit;
 
 /// Decimal places of a printed shift, in the parameter's unit or the finer one of [`FINER`].
@@ -63,7 +63,7 @@ fn size(shift: &Shift) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use calibench::assess::Shifted;
+    use calibench::diagnosis::shifts::Shifted;
 
     fn shifts() -> Shifts {
         let shift = |effect: &str, number: &str, by: [f64; 2]| Shift {

@@ -2,9 +2,9 @@
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
-use calibench::assess::{OrientationErrors, Validation};
-use calibench::identify::Calibration;
-use calibench::measure::Dataset;
+use calibench::identify::calibration::Calibration;
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::{OrientationErrors, Validation};
 use calibench::units::{DEG, MM};
 
 /// The mark of a column that a narrow terminal may leave out: of no width, so that it moves nothing. Columns with more marks are

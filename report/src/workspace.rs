@@ -6,8 +6,8 @@ use std::fmt;
 use super::effect_names::{all_called, capital};
 use super::figures::WORKSPACE;
 use super::tables::plain_rows;
-use calibench::assess::{Banded, Extrapolation, PoseSource, WorkspaceError};
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
+use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::units::MM;
 
 /// A predicted error over the workspace and the origin of its poses.
@@ -124,7 +124,7 @@ pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
     if e.outside == 0 {
         return None;
     }
-    let joint = |j: &calibench::assess::OutsideRange| {
+    let joint = |j: &calibench::prediction::OutsideRange| {
         let unit = j.kind.unit();
         let [far, low, high] = [j.farthest, j.identified[0], j.identified[1]].map(|x| x / unit.si);
         format!("joint {} in {} (up to {far:.1} {} outside {low:.1} .. {high:.1})", j.joint, j.poses, unit.symbol)

@@ -9,9 +9,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use calibench::effects::{Subject, build};
-use calibench::identify::{Adjustment, Model, Problem, Use};
-use calibench::measure::{Dataset, Measured, Sample};
-use calibench::robot::RelTool;
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Adjustment, Model};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::robot::rel_tool::RelTool;
 use calibench::units::{MM, UM};
 use calibench_sim::contact::{DATUM_RADIUS, MASTER_READING};
 use calibench_sim::flaw::{Flaw, Flaws, TrueEffect};

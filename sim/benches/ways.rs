@@ -5,8 +5,8 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use calibench::measure::WAY_MARGIN;
-use calibench::robot::SweptCheck;
+use calibench::measure::poses::ways::WAY_MARGIN;
+use calibench::robot::solids::SweptCheck;
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::load_scenario;
 use criterion::{Criterion, criterion_group, criterion_main};

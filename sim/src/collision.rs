@@ -3,7 +3,8 @@
 //! It shares nothing with the planner: it takes the frames from the plant of the true arm, halves every motion until no
 //! two bodies can meet in a part of it, and computes distances with parry's general query where balls around them meet.
 
-use calibench::robot::{Pose, Robot, Shape, Solid, Surroundings};
+use calibench::robot::solids::{Shape, Solid, Surroundings};
+use calibench::robot::{Pose, Robot};
 use calibench::units::MM;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use parry3d_f64::bounding_volume::BoundingSphere;

@@ -1,12 +1,13 @@
 //! Benefit of a calibration for the robot's user: the tool is sent to targets, first uncompensated, then compensated, by a
 //! controller that knows only the nominal model; the true position of the tool is compared with the target.
 
-use calibench::assess::Validation;
 use calibench::cell::ManipulatorError;
-use calibench::compensate::{Compensator, Conditions, Desired, Target};
+use calibench::compensate::conditions::Conditions;
+use calibench::compensate::{Compensator, Desired, Target};
 use calibench::identify::Prediction;
-use calibench::measure::{Dataset, SampleSet};
-use calibench::robot::world_from_tool;
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::residuals::Validation;
+use calibench::robot::kinematics::world_from_tool;
 use nalgebra::Vector3;
 
 use crate::planning::{Tour, TrackerPlan};

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use calibench::effects::{Effect, Situation};
-use calibench::robot::Site;
+use calibench::effects::Effect;
+use calibench::effects::situation::Situation;
+use calibench::robot::sites::Site;
 
 /// A flaw of the simulated cell at its true size. Models have [`Effect`]s with sizes to be estimated; a flaw need not
 /// be one of them.

@@ -1,8 +1,10 @@
 //! Comparison with the ground truth: after a run whose truth is known, one entry for each effect hidden in it.
 
-use calibench::assess::{Diagnosis, Examination, Finding, Verdict, diagnose_examined};
-use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
-use calibench::measure::Dataset;
+use calibench::diagnosis::{Diagnosis, Examination, Finding, Verdict, diagnose_examined};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::{Use, missing};
+use calibench::measure::dataset::Dataset;
 use calibench::units::Unit;
 
 use crate::effect_names::{belongs, family_of, holds, same};

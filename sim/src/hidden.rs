@@ -2,7 +2,7 @@
 //!
 //! Each exists only in the simulated cell, one file each. A flaw of a joint is scaled to its `rms_urad`: the root mean square
 //! of the joint's error over the workspace, with all postures within the joint limits weighted equally. [`UNKNOWN`] lists
-//! those that no effect of [`calibench::effects::CATALOGUE`] resembles; the others have twins there.
+//! those that no effect of [`calibench::effects::catalogue::CATALOGUE`] resembles; the others have twins there.
 
 mod asymmetric_tooth;
 mod beat;
@@ -18,8 +18,11 @@ mod third_harmonic;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use calibench::measure::Dataset;
-use calibench::robot::{Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::Robot;
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::{Loads, Payload};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
@@ -242,7 +245,7 @@ fn theta(j: usize) -> Site {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use calibench::effects::Situation;
+    use calibench::effects::situation::Situation;
     use calibench::units::URAD;
 
     /// Root mean square of a flaw's contribution to a joint, over postures other than those used to scale it.

@@ -1,8 +1,8 @@
 //! Finds the key of a scenario that is responsible when a stage of the procedure cannot be completed.
 
 use calibench::files::{FileError, with_reasons};
-use calibench::measure::PoolError;
-use calibench::measure::selection::SelectionError;
+use calibench::measure::poses::pool::PoolError;
+use calibench::measure::poses::selection::SelectionError;
 
 use crate::planning::PlanError;
 use crate::plant::PlantError;

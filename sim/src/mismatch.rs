@@ -5,8 +5,11 @@
 //! time constant, a moment. A real robot need not have these values. At full mismatch the true constants lie anywhere
 //! in the ranges given by the effect's file; at partial mismatch, in that share of the ranges.
 
-use calibench::effects::{EffectId, Situation, Stray, family};
-use calibench::robot::Site;
+use calibench::effects::EffectId;
+use calibench::effects::facts::Stray;
+use calibench::effects::registry::family;
+use calibench::effects::situation::Situation;
+use calibench::robot::sites::Site;
 use rand::{Rng, RngExt};
 
 use crate::flaw::{Flaw, TrueEffect};

@@ -7,12 +7,12 @@ mod tracker_plan;
 
 use std::collections::BTreeMap;
 
-use calibench::cell::Guards;
-use calibench::measure::selection::{Quota, Request, select};
-use calibench::measure::{
-    Candidate, Dataset, HomeWays, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, ProbingPlan, Sample, WayRequest,
-    WaysError, feasible_pool, interleave, interleave_short, plan_ways,
-};
+use calibench::cell::guards::Guards;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::pool::{Candidate, PoolError, PoolRequest, ProbedBall, feasible_pool};
+use calibench::measure::poses::selection::{Quota, Request, select};
+use calibench::measure::poses::ways::{HomeWays, WayRequest, WaysError, plan_ways};
+use calibench::measure::poses::{PlannedPose, ProbingPlan, interleave, interleave_short};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use calibench::measure::PlannedPose;
+use calibench::measure::poses::PlannedPose;
 use calibench::units::DEG;
 
 use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker};

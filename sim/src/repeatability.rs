@@ -2,11 +2,14 @@
 //!
 //! The ground truth is not used here: the session supplies readings of indicators and encoders, and the library evaluates them.
 
-use calibench::assess::Repeatability;
 use calibench::cell::{Manipulator, ManipulatorError};
-use calibench::measure::{
-    Candidate, Dataset, PlannedPose, ProbingFailure, RepeatabilitySettings, Station, StationRecord, WaysError,
-};
+use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station, StationRecord};
+use calibench::measure::centring::ProbingFailure;
+use calibench::measure::dataset::Dataset;
+use calibench::measure::poses::PlannedPose;
+use calibench::measure::poses::pool::Candidate;
+use calibench::measure::poses::ways::WaysError;
+use calibench::residuals::Repeatability;
 use thiserror::Error;
 
 use crate::planning::{PlanError, find_ways, pool};

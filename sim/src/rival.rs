@@ -7,8 +7,12 @@
 use std::f64::consts::TAU;
 
 use calibench::cell::{Manipulator, ManipulatorError};
-use calibench::measure::{Anchor, CampaignSettings, LastMotion, Measured, PlannedPose, Sample, WayFinder};
-use calibench::robot::{MdhEntry, Posture, Site, SiteIndex};
+use calibench::measure::campaign::{CampaignSettings, LastMotion};
+use calibench::measure::dataset::{Anchor, Measured, Sample};
+use calibench::measure::poses::PlannedPose;
+use calibench::measure::poses::ways::WayFinder;
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use rand::RngExt;

@@ -1,9 +1,13 @@
 //! Poses for distance measurements: postures spread over the free workspace, chosen by observability.
 
-use calibench::assess::CellLayout;
-use calibench::measure::selection::{Quota, Request, select};
-use calibench::measure::{Dataset, FreePosesRequest, Measured, Sample, free_poses};
-use calibench::robot::{ClearanceCheck, Posture, RelTool, RelToolError, SiteIndex, world_from_tool};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
+use calibench::measure::poses::selection::{Quota, Request, select};
+use calibench::planning::pool::CellLayout;
+use calibench::robot::kinematics::{Posture, world_from_tool};
+use calibench::robot::rel_tool::{RelTool, RelToolError};
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::solids::ClearanceCheck;
 use calibench::units::MM;
 use nalgebra::Vector3;
 

@@ -1,10 +1,14 @@
 //! The whole procedure on the simulated cell: planning, mastering, probing, identification and validation, by the
 //! gauge and by the tracker.
 
-use calibench::assess::Validation;
 use calibench::compensate::{Compensator, Task, TaskError, WorkFrame};
-use calibench::identify::{Calibration, IdentifyError, Model, Prediction, Use, identify, identify_without_indices};
-use calibench::measure::{Abort, CampaignObserver, CampaignRecord, Dataset, Mastering, SampleSet};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, Prediction, identify, identify_without_indices};
+use calibench::measure::campaign::mastering::Mastering;
+use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord};
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;

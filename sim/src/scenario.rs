@@ -24,8 +24,10 @@ use std::sync::Arc;
 
 use calibench::files::FileError;
 use calibench::identify::Model;
-use calibench::measure::{Ball, Dataset, Noise};
-use calibench::robot::{FramePose, Payload, Robot, Surroundings};
+use calibench::measure::dataset::{Ball, Dataset, Noise};
+use calibench::robot::solids::Surroundings;
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Robot};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use calibench::identify::Calibration;
+use calibench::identify::calibration::Calibration;
 
 use crate::scenario::{Scenario, StatedEffect};
 

@@ -3,12 +3,16 @@
 use std::cell::RefCell;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
-use calibench::measure::{
-    ArmAt, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration,
-    Journal, LastMotion, Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure,
-    ProbingPlan, Progress, RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, WayRequest, master,
-    parts_by_payload,
+use calibench::measure::campaign::journal::Journal;
+use calibench::measure::campaign::mastering::{Mastering, MasteringError, MasteringSettings, master};
+use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station, StationRecord};
+use calibench::measure::campaign::{
+    Campaign, CampaignObserver, CampaignRecord, CampaignSettings, LastMotion, Progress, parts_by_payload,
 };
+use calibench::measure::centring::{CenteringController, CentringSettings, Iteration, Probing, ProbingFailure};
+use calibench::measure::dataset::{Measured, Sample, SampleSet};
+use calibench::measure::poses::ways::{ArmAt, WayFinder, WayRequest};
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use calibench::files::{FileError, write_whole};
-use calibench::measure::CampaignRecord;
+use calibench::measure::campaign::CampaignRecord;
 use calibench::robot::Pose;
 use calibench::units::{DEG, MM};
 

@@ -4,8 +4,12 @@ mod served;
 mod views;
 
 use calibench::cell::ManipulatorError;
-use calibench::measure::{CampaignSettings, Dataset, LastMotion};
-use calibench::robot::{Payload, Pose, RelTool, RelToolError, Surroundings};
+use calibench::measure::campaign::{CampaignSettings, LastMotion};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::Pose;
+use calibench::robot::rel_tool::{RelTool, RelToolError};
+use calibench::robot::solids::Surroundings;
+use calibench::robot::statics::Payload;
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;

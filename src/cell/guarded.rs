@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Guards, Manipulator, ManipulatorError, StopRequest};
+use super::guards::Guards;
+use super::{Manipulator, ManipulatorError, StopRequest};
 
 /// A requested motion.
 #[derive(Debug, Clone, PartialEq)]

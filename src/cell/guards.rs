@@ -1,12 +1,16 @@
 //! Limits on the commands to a robot, whatever the plan or the indicators require.
 
+pub use super::guarded::{Guarded, Motion, MotionRecord};
+
 use std::sync::Arc;
 
 use nalgebra::{Translation3, Vector3};
 use thiserror::Error;
 
 use super::ManipulatorError;
-use crate::robot::{FramePose, RelToolError, Robot, rel_tool, world_from_tool};
+use crate::robot::kinematics::world_from_tool;
+use crate::robot::rel_tool::{RelToolError, rel_tool};
+use crate::robot::{FramePose, Robot};
 use crate::units::{DEG, MM};
 
 /// Limits on every motion, by the nominal model.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::{CellReading, Guards, TriCal};
+use super::guards::Guards;
+use super::{CellReading, TriCal};
 use crate::files::FileError;
 use crate::robot::{FramePose, Robot};
 use crate::units::{DEG, MM};

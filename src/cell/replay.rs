@@ -3,6 +3,8 @@
 //! It allows a session at a real cell to be reviewed, and the controller that took the data to be checked. Only commands
 //! advance the recording; reading does not, so that averaging or repeated queries change nothing.
 
+pub use super::offset_clock::OffsetClock;
+
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
@@ -70,7 +72,7 @@ pub struct ReplayedRobot(Rc<RefCell<State>>);
 pub struct ReplayedIndicator(Rc<RefCell<State>>, usize);
 
 impl Recording {
-    /// Reads the `iterations.csv` of a campaign (columns: [`crate::measure::CampaignRecord::write`]).
+    /// Reads the `iterations.csv` of a campaign (columns: [`crate::measure::campaign::CampaignRecord::write`]).
     ///
     /// # Errors
     /// When the file cannot be read, a column is missing, or a value is not a number.

@@ -2,10 +2,16 @@
 
 use nalgebra::{Matrix3xX, Matrix6xX, Vector3};
 
-use super::Conditions;
-use crate::effects::{Effect, EffectId, Needs, Owner, Situation, build};
-use crate::identify::Calibration;
-use crate::robot::{FramePose, Kinematics, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex, screw};
+use super::conditions::Conditions;
+use crate::effects::situation::Situation;
+use crate::effects::{Effect, EffectId, Needs, Owner, build};
+use crate::identify::calibration::Calibration;
+use crate::robot::inverse::Kinematics;
+use crate::robot::kinematics::Posture;
+use crate::robot::rel_tool::screw;
+use crate::robot::sites::{Site, SiteIndex};
+use crate::robot::statics::{Loads, Payload};
+use crate::robot::{FramePose, Pose, Robot};
 
 use super::task::{Setup, TaskError};
 
@@ -264,7 +270,7 @@ fn family(id: &str) -> &str {
 
 /// Index among x, y, z, rz, ry, rx of a base parameter, by its name.
 fn base_axis(name: &str) -> Option<usize> {
-    crate::robot::Axis6::ALL.iter().position(|axis| name == format!("base_{}", axis.name()))
+    crate::robot::sites::Axis6::ALL.iter().position(|axis| name == format!("base_{}", axis.name()))
 }
 
 /// Names of the balls to which effects refer: they must be known to build those effects.

@@ -2,14 +2,21 @@
 
 use nalgebra::Vector3;
 
+use super::calibrated_arm::CalibratedArm;
+use super::conditions::Conditions;
+use super::nominal_inverse::NominalInverse;
 use super::own_bodies::OwnBodies;
+use super::rigid::RigidRobot;
 use super::task::Setup;
 use super::uncertainty::Spread;
-use super::{CalibratedArm, Conditions, NominalInverse, Refusal, RigidRobot, Task, TaskError, Uncertainty, WorkFrame};
-use crate::assess::Extrapolation;
+use super::{Refusal, Task, TaskError, Uncertainty, WorkFrame};
 use crate::effects::Needs;
-use crate::identify::Calibration;
-use crate::robot::{FramePose, InverseKinematics, Outcome, Payload, Pose, StatusTurn, dexterity, world_from_tool};
+use crate::identify::calibration::Calibration;
+use crate::prediction::Extrapolation;
+use crate::robot::inverse::{InverseKinematics, Outcome, StatusTurn, dexterity};
+use crate::robot::kinematics::world_from_tool;
+use crate::robot::statics::Payload;
+use crate::robot::{FramePose, Pose};
 use crate::units::DEG;
 
 /// Tolerance for meeting a target with the identified arm, m and rad: a thousandth of an encoder step.
@@ -113,10 +120,12 @@ impl Compensated {
 /// ```
 /// use std::sync::Arc;
 ///
-/// use calibench::compensate::{Compensator, Conditions, Target, Task, Desired};
+/// use calibench::compensate::conditions::Conditions;
+/// use calibench::compensate::{Compensator, Desired, Target, Task};
 /// use calibench::identify::{Model, identify};
-/// use calibench::measure::{Dataset, Measured, Noise, Sample};
-/// use calibench::robot::{FramePose, built_in, world_from_tool};
+/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
 /// use calibench::units::{MM, UM};
 ///
 /// // An arm whose link 2 is half a millimetre too long, and its calibration.
@@ -220,7 +229,7 @@ impl<'a> Compensator<'a> {
 
     /// KUKA's `$TOOL`: the TCP on the manufacturer's flange, as to be set in the controller.
     pub fn flange_from_tool(&self) -> Pose {
-        super::flange_frame(&self.calibration.robot).pose().inverse() * self.arm.tool().pose()
+        super::rigid::flange_frame(&self.calibration.robot).pose().inverse() * self.arm.tool().pose()
     }
 
     /// Nominal TCP at joints `q` (rad, N), in the frame of the targets: the pose the controller assumes.

@@ -46,7 +46,7 @@ pub fn fake_csv(robot: &Robot, targets: &[Target], results: &[Compensated]) -> S
                     JointKind::Prismatic => millimetres(*q),
                 };
                 row.extend(fake.q.iter().zip(robot.kinds()).map(position));
-                let bits = |of: fn(&crate::robot::StatusTurn) -> u8| {
+                let bits = |of: fn(&crate::robot::inverse::StatusTurn) -> u8| {
                     fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string())
                 };
                 row.extend([bits(|s| s.status), bits(|s| s.turn)]);

@@ -4,7 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Refusal;
-use crate::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose, Robot, SphericalWrist};
+use crate::robot::inverse::{Chain, InverseKinematics, Outcome, SphericalWrist};
+use crate::robot::{FramePose, Pose, Robot};
 
 /// Number of starts of a search if there is no closed form; four of five find a pose within reach of a six-axis arm.
 const STARTS: usize = 40;

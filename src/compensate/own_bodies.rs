@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::robot::{ClearanceCheck, FramePose, Posture, Robot, Solid, Surroundings};
+use crate::robot::kinematics::Posture;
+use crate::robot::solids::{ClearanceCheck, Solid, Surroundings};
+use crate::robot::{FramePose, Robot};
 
 /// Bodies are modelled by hand and slightly too large: a TCP has to lie deeper in one than this, m.
 const DEEP: f64 = 0.01;

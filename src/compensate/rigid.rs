@@ -1,11 +1,16 @@
 //! The part of an identified arm that can be written as a rigid chain of links, and the size of the remainder.
 
+pub use super::flange::flange_frame;
+pub use super::urdf::urdf;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::CalibratedArm;
 use super::calibrated_arm::BASE;
-use crate::robot::{FramePose, Posture, Robot, SiteIndex};
+use super::calibrated_arm::CalibratedArm;
+use crate::robot::kinematics::Posture;
+use crate::robot::sites::SiteIndex;
+use crate::robot::{FramePose, Robot};
 
 /// Effects that do not depend on the posture: base, links, TCP.
 const RIGID: [&str; 3] = [BASE, "mdh", "tool_frame"];

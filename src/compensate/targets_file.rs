@@ -1,14 +1,20 @@
 //! `TARGETS.csv`: desired poses of the TCP, one row per target. Every mistake is reported as one error that names line,
 //! column and remedy.
 
+pub use super::fake_file::fake_csv;
+
 use std::collections::{HashMap, HashSet};
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{Conditions, Desired, Target};
+use super::conditions::Conditions;
+use super::{Desired, Target};
 use crate::files::{FileError, Record, Rows, cannot_be_read, is_folder, name_remedy, nearest_name, open_file};
-use crate::measure::{TEMPERATURE_C, TIME_S, of_other_kind, out_of_range};
-use crate::robot::{FramePose, JointKind, Payload, Robot, SphericalWrist};
+use crate::measure::dataset::columns::of_other_kind;
+use crate::measure::dataset::limits::{TEMPERATURE_C, TIME_S, out_of_range};
+use crate::robot::inverse::SphericalWrist;
+use crate::robot::statics::Payload;
+use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::{DEG, MM};
 
 /// Columns of a pose: position, mm, and KUKA's A, B, C, deg.

@@ -2,10 +2,11 @@
 
 use thiserror::Error;
 
-use super::flange_frame;
+use super::rigid::flange_frame;
 use crate::effects::EffectError;
-use crate::identify::{Calibration, MeasuredSetup};
-use crate::robot::{FramePose, Payload, Robot};
+use crate::identify::calibration::{Calibration, MeasuredSetup};
+use crate::robot::statics::Payload;
+use crate::robot::{FramePose, Robot};
 
 /// The frame of the targets, desired and fake.
 #[derive(Debug, Clone, Copy, PartialEq)]

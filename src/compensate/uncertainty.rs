@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, Matrix3xX, SymmetricEigen};
 
-use super::CalibratedArm;
-use crate::assess::unexplained;
-use crate::identify::Calibration;
+use super::calibrated_arm::CalibratedArm;
+use crate::identify::calibration::Calibration;
+use crate::residuals::unexplained;
 
 /// Predicted standard uncertainty of the TCP's position, m: that of the identified parameters, combined with the residual
 /// error of the model on its own data. Where the model was not tested against data, its error may be larger.

@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use super::{RigidRobot, flange_frame};
+use super::rigid::{RigidRobot, flange_frame};
 use crate::robot::{FramePose, Pose};
 use crate::units::MM;
 

@@ -6,7 +6,8 @@
 use exmex::{BinOp, Express, FlatEx, MakeOperators, Operator};
 use thiserror::Error;
 
-use super::{Needs, Situation};
+use super::Needs;
+use super::situation::Situation;
 use crate::files::nearest_name;
 
 /// Longest expression, characters. A Fourier series is to be written as several terms.
@@ -361,7 +362,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::robot::{Loads, Payload, Posture, Robot, built_in};
+    use crate::robot::kinematics::Posture;
+    use crate::robot::statics::{Loads, Payload};
+    use crate::robot::{Robot, built_in};
 
     const Q: [f64; 6] = [0.3, -1.2, 0.7, 2.0, -0.4, 1.1];
 

@@ -3,8 +3,9 @@
 use thiserror::Error;
 
 use super::expression::Expression;
-use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject};
-use crate::robot::{Axis6, MOST_JOINTS, MdhEntry, Site};
+use super::situation::Situation;
+use super::{Effect, Emit, Needs, Owner, ParameterSpec, Subject};
+use crate::robot::sites::{Axis6, MOST_JOINTS, MdhEntry, Site};
 use crate::units::{DEG, MM, Unit};
 
 /// One term of a user-defined effect.

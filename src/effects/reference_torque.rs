@@ -5,7 +5,10 @@ use std::cell::RefCell;
 
 use nalgebra::Vector3;
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Link, Loads, Payload, Posture, Robot, SiteIndex};
+use crate::robot::kinematics::Posture;
+use crate::robot::sites::SiteIndex;
+use crate::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
+use crate::robot::{FramePose, Link, Robot};
 
 /// Number of postures tried; the largest torque of 512 is within a few per cent of the supremum, and only a scale is
 /// needed.

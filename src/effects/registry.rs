@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
+use super::catalogue::CATALOGUE;
+use super::family::Family;
+use super::{EffectError, EffectId, Subject};
 
 /// The families of effects available to models, fits and diagnoses: the [catalogue](CATALOGUE) unless others are added.
 ///
@@ -10,10 +12,11 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 /// holds the registry from which its effects are built.
 ///
 /// ```
-/// use calibench::effects::{
-///     Effect, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Registry, Role, Scan,
-///     Signature, Situation, Stray, Subject, build,
-/// };
+/// use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+/// use calibench::effects::family::{Family, Origin, Scan};
+/// use calibench::effects::registry::Registry;
+/// use calibench::effects::situation::Situation;
+/// use calibench::effects::{Effect, Emit, ParameterSpec, Subject, build};
 /// use calibench::robot::{MdhEntry, Site, built_in};
 /// use calibench::units::Unit;
 ///

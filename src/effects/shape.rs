@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec, Situation};
-use crate::robot::{JointKind, MdhEntry, Robot, Site};
+use super::situation::Situation;
+use super::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec};
+use crate::robot::sites::{MdhEntry, Site};
+use crate::robot::{JointKind, Robot};
 
 /// An effect defined by a closure.
 pub(super) struct Shape<F> {

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, PostureView, Robot};
+use crate::robot::kinematics::PostureView;
+use crate::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
+use crate::robot::{FramePose, Robot};
 
 /// The quantity measured at a sample, as in the column `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! The name of an effect in plain words: that of its family, with the arguments of its id filled in.
 
-use super::{EffectId, family};
+use super::EffectId;
+use super::registry::family;
 
 /// The name of an effect for people, such as "gear ripple of joint 2, 17 per turn" for `harmonic:2:17`.
 ///
@@ -74,7 +75,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::effects::CATALOGUE;
+    use crate::effects::catalogue::CATALOGUE;
 
     #[test]
     fn every_family_has_a_name_of_its_own_that_tells_its_members_apart() {

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::determined::{Determined, determined, observability_at};
 use super::fit_result::{Fit, FitError, Outcome, Unresolved};
 use super::problem::{Linearised, LoadState, LoadWorkspace, Workspace};
-use super::{Prior, Problem};
+use super::problem::{Prior, Problem};
 use crate::math::linalg::{self, Cholesky};
 use crate::math::{Observability, rms};
 

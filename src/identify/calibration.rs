@@ -1,5 +1,7 @@
 //! A calibration: every parameter with its value and uncertainty, and the quality of the fit.
 
+pub use super::calibration_file::{FORMAT as CALIBRATION_FORMAT, read_calibration, write_calibration};
+
 mod carry_over;
 
 use std::sync::Arc;
@@ -7,15 +9,18 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
+use super::Model;
+use super::fit::covariance_with_model_error;
 use super::fit::fit_some;
 use super::fit_result::{Fit, FitError, Outcome};
 use super::fitted_rows::FittedRows;
 use super::prediction::{Application, Prediction};
 use super::problem::UNSTATED_SIGMA;
-use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use, covariance_with_model_error};
+use super::problem::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::math::Observability;
-use crate::measure::Dataset;
-use crate::robot::{FramePose, Payload, Robot};
+use crate::measure::dataset::Dataset;
+use crate::robot::statics::Payload;
+use crate::robot::{FramePose, Robot};
 use crate::units::Unit;
 
 /// One estimated parameter; values in SI, `value` and `nominal` absolute (not deviations).

@@ -5,10 +5,11 @@ mod tables;
 
 use std::path::Path;
 
-use super::Calibration;
+use super::calibration::Calibration;
 use super::own_effects::tables as own_effect_tables;
 use crate::files::{FileError, write_whole};
-use crate::robot::{built_in, to_toml};
+use crate::robot::built_in;
+use crate::robot::robot_file::to_toml;
 
 pub use reader::read_calibration;
 use tables::{File, FitTable, JointRange, ParameterTable, SetupTable};

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::fit_result::{FitError, Unresolved};
 use super::problem::{Linearised, Workspace};
-use super::{Parameter, Prior, Problem};
+use super::problem::{Parameter, Prior, Problem};
 use crate::effects::{EffectId, Owner};
 use crate::math::Observability;
 use crate::math::linalg::{self, OrderedRank};

@@ -1,9 +1,14 @@
 //! A fit of all unknowns that the data can separate: adjustments are repeated until that selection agrees with the
 //! solution.
 
+pub use super::determined::{independent_parameters, observability_of};
+pub use super::fit_result::{Fit, FitError, Outcome, Unresolved};
+pub use super::model_error::covariance_with_model_error;
+
 use super::determined::{all, determined};
-use super::fit_result::{Fit, FitError};
-use super::{Adjustment, Problem};
+
+use super::Adjustment;
+use super::problem::Problem;
 use crate::effects::Owner;
 
 /// The columns are selected again after a fit that moved a tool or a ball by more plausible sizes than this, since they

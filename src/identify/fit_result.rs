@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-use super::{Parameter, Prior};
+use super::problem::{Parameter, Prior};
 use crate::math::Observability;
 use crate::math::linalg::LinalgError;
 

@@ -5,8 +5,8 @@
 
 use std::collections::HashSet;
 
-use crate::identify::Use;
-use crate::measure::{Dataset, Measured, Sample};
+use super::problem::Use;
+use crate::measure::dataset::{Dataset, Measured, Sample};
 
 /// Digests kept.
 const KEPT: usize = 2048;
@@ -110,7 +110,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::measure::SampleSet;
+    use crate::measure::dataset::SampleSet;
 
     fn rows(from: usize, to: usize, set: SampleSet) -> Dataset {
         let row = |k: usize| {

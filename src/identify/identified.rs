@@ -1,8 +1,11 @@
 //! From datasets and a model to a calibration that reproduces the residual of its fit.
 
-use super::{Calibration, IdentifyError, Model, Problem, Use, covariance_with_model_error, fit};
+use super::Model;
+use super::calibration::{Calibration, IdentifyError};
+use super::fit::{covariance_with_model_error, fit};
+use super::problem::{Problem, Use};
 use crate::math::rms;
-use crate::measure::Dataset;
+use crate::measure::dataset::Dataset;
 use crate::units::MM;
 
 /// Relative difference of the residual allowed for a calibration as read back.
@@ -17,8 +20,9 @@ const ROUNDING: f64 = 1e-12;
 /// use std::sync::Arc;
 ///
 /// use calibench::identify::{Model, identify};
-/// use calibench::measure::{Dataset, Measured, Noise, Sample};
-/// use calibench::robot::{FramePose, built_in, world_from_tool};
+/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
 /// use calibench::units::{MM, UM};
 ///
 /// let robot = Arc::new(built_in("ur5").ok_or("built in")?);

@@ -3,9 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{FleetPrior, RunChange};
-use crate::effects::{EffectId, Family, OwnEffect, Registry, Role, Subject};
-use crate::measure::Dataset;
+use super::RunChange;
+use super::fleet::FleetPrior;
+use crate::effects::facts::Role;
+use crate::effects::family::Family;
+use crate::effects::own::OwnEffect;
+use crate::effects::registry::Registry;
+use crate::effects::{EffectId, Subject};
+use crate::measure::dataset::Dataset;
 use crate::robot::Robot;
 
 /// The posture at which the joint torques of the model are evaluated.
@@ -133,7 +138,7 @@ impl Default for Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::CATALOGUE;
+    use crate::effects::catalogue::CATALOGUE;
 
     #[test]
     fn what_is_freely_fitted_is_what_the_families_say() {

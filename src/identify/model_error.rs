@@ -9,9 +9,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::fit_result::{Fit, FitError};
 use super::problem::Circumstance;
-use super::{Prior, Problem};
+use super::problem::{Prior, Problem};
 use crate::math::linalg::{self, Cholesky};
-use crate::measure::Postures;
+use crate::measure::poses::Postures;
 use crate::units::URAD;
 
 /// Orders per revolution of a joint's error.

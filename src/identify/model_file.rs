@@ -1,5 +1,7 @@
 //! `model.toml`: the effects that the identifier may use.
 
+pub use super::own_effects::{OwnEffectTable, OwnMistake, own_effects};
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -7,8 +9,10 @@ use serde::{Deserialize, Serialize};
 use toml_edit::{DocumentMut, Item};
 
 use super::Model;
-use super::own_effects::{OwnEffectTable, own_effects, tables};
-use crate::effects::{self, EffectError, EffectId, OwnEffect, Subject};
+use super::own_effects::tables;
+use crate::effects;
+use crate::effects::own::OwnEffect;
+use crate::effects::{EffectError, EffectId, Subject};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 
 /// The effects that an identification may use.

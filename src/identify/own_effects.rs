@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::effects::{OwnEffect, OwnTerm};
+use crate::effects::own::{OwnEffect, OwnTerm};
 use crate::files::name_remedy;
 use crate::units::{Unit, readable};
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Problem;
+use super::problem::Problem;
 
 /// Predictions of the calibrated model for samples.
 #[derive(Debug, Clone)]

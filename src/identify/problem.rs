@@ -43,7 +43,7 @@ use self::sample_row::SampleRow;
 pub(super) use self::sample_row::UNSTATED_SIGMA;
 pub use self::samples_view::PosedSample;
 use super::TorquePosture;
-use crate::measure::Sample;
+use crate::measure::dataset::Sample;
 use crate::robot::Robot;
 
 /// Samples, unknowns, and the terms that connect them.

@@ -1,7 +1,9 @@
 //! What differs between runs of one robot: parameters of an effect that have other values in some datasets.
 
-use crate::effects::{self, Effect, EffectError, Emit, Needs, Owner, ParameterSpec, Situation, Subject};
-use crate::robot::Site;
+use crate::effects;
+use crate::effects::situation::Situation;
+use crate::effects::{Effect, EffectError, Emit, Needs, Owner, ParameterSpec, Subject};
+use crate::robot::sites::Site;
 
 /// Parameters of an effect that have other values in some datasets: by an unknown amount times a known weight.
 #[derive(Debug, Clone, PartialEq)]

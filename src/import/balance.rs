@@ -2,7 +2,7 @@
 
 use super::ImportReport;
 use crate::identify::{Model, identify};
-use crate::measure::Dataset;
+use crate::measure::dataset::Dataset;
 use crate::units::DEG;
 
 /// The model by whose residuals they are balanced: what every arm needs.

@@ -12,7 +12,9 @@ use super::rotation::RotationForm;
 use super::row_order::RowOrder;
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
-use crate::measure::{Column, Dataset, Reading, ToolTarget};
+use crate::measure::dataset::columns::Column;
+use crate::measure::dataset::file::Reading;
+use crate::measure::dataset::{Dataset, ToolTarget};
 use crate::units::{DEG, MM, UM};
 
 /// The format this version reads.

@@ -8,7 +8,8 @@ use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::{is_standard_input, read_text};
-use crate::measure::{Column, Dataset, SampleSet};
+use crate::measure::dataset::columns::Column;
+use crate::measure::dataset::{Dataset, SampleSet};
 
 /// Imports files through the map of the options.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {

@@ -9,8 +9,9 @@ use super::generic::by_map;
 use super::unknown_table::{Table, TableColumn};
 use super::{ImportError, ImportOptions};
 use crate::files::FileError;
-use crate::measure::{Dataset, Measured};
-use crate::robot::{FramePose, JointKind, Robot, world_from_tool};
+use crate::measure::dataset::{Dataset, Measured};
+use crate::robot::kinematics::world_from_tool;
+use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::MM;
 
 /// Columns that are named as not used.
@@ -303,7 +304,7 @@ impl<'a> Proposal<'a> {
 
 /// The first rows in the units of a dataset.
 fn shown(dataset: &Dataset) -> Vec<String> {
-    let row = |s: &crate::measure::Sample| {
+    let row = |s: &crate::measure::dataset::Sample| {
         let joint = |(q, kind): (&f64, JointKind)| match kind {
             JointKind::Revolute => format!("{:.3}", q.to_degrees()),
             JointKind::Prismatic => format!("{:.3} mm", q / MM),

@@ -5,8 +5,10 @@ use std::path::Path;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::ImportError;
-use crate::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
-use crate::robot::{FramePose, Pose, rigid_fit, world_from_tool};
+use crate::measure::dataset::file::read_dataset;
+use crate::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use crate::robot::kinematics::world_from_tool;
+use crate::robot::{FramePose, Pose, rigid_fit};
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.
 const ROUNDS: usize = 30;
@@ -145,8 +147,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::measure::Sample;
-    use crate::robot::{built_in, world_from_tool};
+    use crate::measure::dataset::Sample;
+    use crate::robot::built_in;
+    use crate::robot::kinematics::world_from_tool;
 
     #[test]
     fn base_and_tool_that_made_the_points_are_found() {

@@ -14,8 +14,10 @@ use super::initial_setup::flanges;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::{FileError, cannot_be_read};
-use crate::measure::{Ball, BallDistance, Column, Dataset, Measured, SampleSet};
-use crate::robot::{Pose, robot};
+use crate::measure::dataset::columns::Column;
+use crate::measure::dataset::{Ball, BallDistance, Dataset, Measured, SampleSet};
+use crate::robot::Pose;
+use crate::robot::robot_file::robot;
 use crate::units::{MM, UM};
 
 /// Distance between the two sockets of a place, m, and its tolerance for a printed part.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::measure::SampleSet;
+use crate::measure::dataset::SampleSet;
 
 /// Names of the formats.
 pub const FORMATS: &[&str] = &["ur10-ipa", "ur5-jacobi", "mukca", "generic"];

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::ImportReport;
-use crate::measure::Sample;
+use crate::measure::dataset::Sample;
 
 /// A joint that moves less than this, rad or m, has not moved: below the resolution of any controller.
 const UNMOVED: f64 = 1e-6;

@@ -13,7 +13,11 @@ use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Mea
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
-use crate::measure::{Column, Dataset, Header, Row, number};
+use crate::measure::dataset::Dataset;
+use crate::measure::dataset::columns::Column;
+use crate::measure::dataset::samples_file::Row;
+use crate::measure::dataset::samples_header::Header;
+use crate::measure::dataset::samples_text::number;
 use crate::units::{DEG, MM, UM};
 
 /// Positions of the numbers of a source in a row.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::column_map::ColumnMap;
 use super::generic::by_map;
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::measure::Dataset;
+use crate::measure::dataset::Dataset;
 
 /// Imports `measurements_grid.csv`, `measurements_joint_configurations.csv` or both.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {

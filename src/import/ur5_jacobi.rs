@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::column_map::ColumnMap;
 use super::generic::by_map;
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::measure::{Dataset, SampleSet};
+use crate::measure::dataset::{Dataset, SampleSet};
 
 /// Imports the grid and the random poses.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {

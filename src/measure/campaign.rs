@@ -1,10 +1,29 @@
 //! The campaign: every planned pose is probed in order, and failures are recorded beside the measurements.
 
+pub mod cell;
+mod conditions;
+mod files;
+pub mod journal;
+mod last_motion;
+pub mod mastering;
+mod parts;
+mod record;
+pub mod repeatability;
+mod state;
+
+pub use conditions::Conditions;
+pub use last_motion::LastMotion;
+pub use parts::{Part, parts_by_payload};
+pub use record::{Abort, CampaignRecord, ProbingRecord};
+
 use serde::Serialize;
 
-use super::journal_entry::ProbingEntry;
-use super::last_motion::LastMotion;
-use super::{ArmAt, CenteringController, CentringFailure, HomeWays, Iteration, PlannedPose, Probing, Sample};
+use super::campaign::journal::ProbingEntry;
+
+use super::centring::{CenteringController, CentringFailure, Iteration, Probing};
+use super::dataset::Sample;
+use super::poses::PlannedPose;
+use super::poses::ways::{ArmAt, HomeWays};
 use crate::cell::{Indicator, Manipulator};
 use crate::units::{ARCSEC, UM};
 
@@ -120,7 +139,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
                 joints.rest_at(&iteration.joints);
                 plungers.rest_at(reading.as_slice());
             }
-            if iteration.phase == super::Phase::Centring {
+            if iteration.phase == super::centring::Phase::Centring {
                 on_ball = (joints.signs().to_vec(), plungers.signs().to_vec());
             }
             observer.iteration(pose, iteration);

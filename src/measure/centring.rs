@@ -3,12 +3,21 @@
 //!
 //! The gauge needs to be precise, not accurate: only the last readings, within the tolerance of zero, enter the measurement.
 
+mod failure;
+mod final_approach;
+mod probing;
+pub(crate) mod reading;
+mod response;
+
+pub use failure::{CentringFailure, Suspicion};
+pub use probing::{Probing, ProbingFailure};
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::reading::read_patiently;
-use super::response::{Answer, Response};
-use super::{CentringFailure, Suspicion};
+use super::centring::reading::read_patiently;
+use super::centring::response::{Answer, Response};
+
 use crate::cell::{Indicator, IndicatorError, Manipulator, TriCal};
 use crate::units::{MM, UM};
 
@@ -127,7 +136,7 @@ pub struct Centred {
 /// ```
 /// use calibench::cell::TriCal;
 /// use calibench::cell::scripted::{Script, ScriptedCell};
-/// use calibench::measure::{CenteringController, CentringSettings};
+/// use calibench::measure::centring::{CenteringController, CentringSettings};
 /// use calibench::units::UM;
 ///
 /// let cell = ScriptedCell::new(Script::default());
@@ -136,7 +145,7 @@ pub struct Centred {
 /// let mut controller = CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), free, settings);
 /// let centred = controller.centre(&mut |stop| println!("{:?}", stop.reading))?;
 /// assert!(centred.reading.amax() < 3.0 * UM && cell.tcp().amax() < 3.0 * UM);
-/// # Ok::<(), calibench::measure::CentringFailure>(())
+/// # Ok::<(), calibench::measure::centring::CentringFailure>(())
 /// ```
 pub struct CenteringController<M, I> {
     pub(super) robot: M,

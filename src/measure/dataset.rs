@@ -1,10 +1,22 @@
 //! A set of measurements of one robot, from a real or a simulated cell, in the same form.
 
+pub mod clock_jump;
+pub(crate) mod columns;
+pub(crate) mod description;
+pub mod file;
+pub(crate) mod limits;
+pub(crate) mod samples_file;
+pub(crate) mod samples_header;
+#[cfg(feature = "schema")]
+pub(crate) mod samples_schema;
+pub(crate) mod samples_text;
+
 use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Payload, Robot};
+use crate::robot::statics::{DEFAULT_GRAVITY, Payload};
+use crate::robot::{FramePose, Robot};
 
 /// A precision ball of the artifact.
 #[derive(Debug, Clone, PartialEq)]

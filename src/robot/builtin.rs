@@ -29,7 +29,11 @@ mod tests {
     use nalgebra::{Rotation3, Translation3, Vector3};
 
     use super::*;
-    use crate::robot::{ClearanceCheck, FramePose, Loads, Payload, Pose, Posture, SiteIndex, Surroundings, world_from_tool};
+    use crate::robot::kinematics::{Posture, world_from_tool};
+    use crate::robot::sites::SiteIndex;
+    use crate::robot::solids::{ClearanceCheck, Surroundings};
+    use crate::robot::statics::{Loads, Payload};
+    use crate::robot::{FramePose, Pose};
     use crate::units::{DEG, MM};
 
     /// Poses are stated to 0.1 um and 0.0001 deg.

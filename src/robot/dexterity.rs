@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix6, SymmetricEigen};
 
-use super::Posture;
 use super::inverse::LEVER;
+use super::kinematics::Posture;
 use super::rel_tool::screw;
 
 /// The smallest singular value of the 6 x N Jacobian, with angles of the tool multiplied by a lever of 0.3 m: the motion of
@@ -21,7 +21,10 @@ pub fn dexterity(posture: &Posture, joints: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::robot::{FramePose, Posture, SiteIndex, built_in, dexterity};
+    use crate::robot::dexterity::dexterity;
+    use crate::robot::kinematics::Posture;
+    use crate::robot::sites::SiteIndex;
+    use crate::robot::{FramePose, built_in};
 
     fn at(q: [f64; 6]) -> f64 {
         let robot = built_in("kr6_r700").unwrap();

@@ -3,10 +3,16 @@
 //! Levenberg-Marquardt on the six components of the pose error, `dq = J^T (J J^T + lambda I)^-1 e`, which is also the
 //! shortest step of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
 
+pub use super::dexterity::dexterity;
+pub use super::spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
+pub use super::status_turn::StatusTurn;
+
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
+use super::kinematics::Posture;
 use super::rel_tool::screw;
-use super::{FramePose, Pose, Posture, Robot, SiteIndex, rotation_vector};
+use super::sites::SiteIndex;
+use super::{FramePose, Pose, Robot, rotation_vector};
 
 /// A kinematic model that gives the pose of the tool and its motion with each joint: the nominal arm, or a calibrated one.
 pub trait Kinematics {
@@ -234,7 +240,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::robot::{MdhEntry, Site, built_in};
+    use crate::robot::built_in;
+    use crate::robot::sites::{MdhEntry, Site};
     use crate::units::{DEG, MM};
 
     const TOOL: FramePose = FramePose { xyz: [0.06, 0.0, -0.125], rz_ry_rx: [0.4, -0.3, 1.1] };

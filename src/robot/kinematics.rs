@@ -6,6 +6,8 @@
 //! The code here works on [`Postures`], with one number per posture in each lane; the [`Posture`] is the instance with one
 //! lane, and gives the same bytes as in a batch.
 
+pub use super::posture_view::{LanePosture, PostureView};
+
 mod jacobian;
 mod mdh_rows;
 mod posture;
@@ -16,7 +18,8 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use self::mdh_rows::{CachedSinCos, MdhRows};
 pub use self::posture::Posture;
 use super::frame::Frames;
-use super::{Frame, FramePose, JointKind, Pose, Robot, SiteIndex, Vectors};
+use super::sites::SiteIndex;
+use super::{Frame, FramePose, JointKind, Pose, Robot, Vectors};
 use crate::math::simd::{Axes, Group, Vector, fill_registers};
 use crate::math::sincos;
 

@@ -4,7 +4,9 @@ use std::fmt::Debug;
 
 use nalgebra::Vector3;
 
-use super::{Frame, Postures, Site};
+use super::Frame;
+use super::kinematics::Postures;
+use super::sites::Site;
 
 /// An arm in a posture.
 pub trait PostureView: Debug {
@@ -31,18 +33,18 @@ pub struct LanePosture<'a, const L: usize> {
 }
 
 impl<const L: usize> LanePosture<'_, L> {
-    /// d(TCP)/d(site), as for a single [`Posture`](super::Posture).
+    /// d(TCP)/d(site), as for a single [`Posture`](super::kinematics::Posture).
     #[inline]
     pub fn column(&self, site: Site) -> Vector3<f64> {
         self.postures.column_at(self.lane, site)
     }
 
-    /// Axis about which a site turns the flange, as for a single [`Posture`](super::Posture).
+    /// Axis about which a site turns the flange, as for a single [`Posture`](super::kinematics::Posture).
     pub fn turning(&self, site: Site) -> Vector3<f64> {
         self.postures.turning_at(self.lane, site)
     }
 
-    /// d(TCP)/d(q) of joint `i` (counted from 0), as for a single [`Posture`](super::Posture).
+    /// d(TCP)/d(q) of joint `i` (counted from 0), as for a single [`Posture`](super::kinematics::Posture).
     #[inline]
     pub fn motion(&self, i: usize) -> Vector3<f64> {
         self.postures.motion_at(self.lane, i)

@@ -4,7 +4,9 @@
 use nalgebra::{Matrix6, Matrix6xX, Rotation3, Vector3, Vector6};
 use thiserror::Error;
 
-use super::{FramePose, Posture, Robot, SiteIndex};
+use super::kinematics::Posture;
+use super::sites::SiteIndex;
+use super::{FramePose, Robot};
 
 /// After a Newton step this small (rad) the next would be its square, below the rounding of the pose.
 const LAST_STEP: f64 = 1e-7;
@@ -163,7 +165,8 @@ pub fn rel_tool(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{built_in, world_from_tool};
+    use crate::robot::built_in;
+    use crate::robot::kinematics::world_from_tool;
 
     const TOOL: FramePose = FramePose { xyz: [0.06, 0.0, -0.125], rz_ry_rx: [0.4, -0.3, 1.1] };
 

@@ -11,7 +11,10 @@ use serde::{Deserialize, Serialize};
 use self::link_entry::LinkEntry;
 use self::numbers::{Fault, metres, mm, written};
 use self::turned_round::turn_round;
-use super::{BUILT_IN, ChainEnds, FramePose, MOST_JOINTS, Robot, Shape, Solid, built_in, robot_from_urdf};
+use super::sites::MOST_JOINTS;
+use super::solids::{Shape, Solid};
+use super::urdf::{ChainEnds, robot_from_urdf};
+use super::{BUILT_IN, FramePose, Robot, built_in};
 use crate::files::{FileError, field_error, is_file, is_there, parse_toml, read_text};
 use crate::units::{DEG, MM};
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Shape, Solid, Surroundings};
+use super::solids::{Shape, Solid, Surroundings};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 use crate::units::MM;
 

@@ -9,7 +9,8 @@ use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::query::{self, details::closest_points_segment_segment_with_locations_nD};
 use parry3d_f64::shape::{Cuboid, Segment};
 
-use super::{Frame, Posture, Robot};
+use super::kinematics::Posture;
+use super::{Frame, Robot};
 use crate::units::MM;
 
 pub use solid::{Shape, Solid};
@@ -202,7 +203,8 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::robot::{FramePose, Link, MdhLink, SiteIndex};
+    use crate::robot::sites::SiteIndex;
+    use crate::robot::{FramePose, Link, MdhLink};
 
     /// parry's GJK in millimetres is accurate to 40 nm; everything else here is closed form.
     const TOLERANCE: f64 = 0.1e-6;

@@ -261,7 +261,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::robot::{FramePose, Link, built_in, world_from_tool};
+    use crate::robot::kinematics::world_from_tool;
+    use crate::robot::{FramePose, Link, built_in};
 
     /// Six sines of metre-sized chains round to a few 1e-16.
     const EXACT_POSE: f64 = 1e-12;

@@ -7,7 +7,8 @@
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
-use super::{Posture, Postures, Robot, Vectors};
+use super::kinematics::{Posture, Postures};
+use super::{Robot, Vectors};
 use crate::math::simd::{F64s, Group, Vector, in_lanes};
 
 /// Gravity in a world whose z axis points up, unless a file states another, m/s².
@@ -257,7 +258,9 @@ impl<'a, S: Simd, const L: usize> OutboardMass<'a, S, L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{BatchInput, FramePose, SiteIndex, built_in};
+    use crate::robot::kinematics::BatchInput;
+    use crate::robot::sites::SiteIndex;
+    use crate::robot::{FramePose, built_in};
 
     /// Bit for bit.
     #[test]

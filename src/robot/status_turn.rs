@@ -4,7 +4,8 @@
 //! (on the KR 6 R700 beyond atan(35 / 365) = 5.48 deg, where the arm is stretched), bit 2 if A5 is negative. Turn: bit i -
 //! 1 is set if joint i is negative (KUKA System Software, operating and programming instructions for system integrators).
 
-use super::{Pose, SphericalWrist};
+use super::Pose;
+use super::inverse::SphericalWrist;
 
 /// Status and turn of a posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

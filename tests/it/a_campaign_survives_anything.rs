@@ -5,15 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use calibench::cell::replay::OffsetClock;
 use calibench::cell::scripted::{Motion, Script, ScriptedCell, ScriptedFault};
-use calibench::cell::{IndicatorError, ManipulatorError, OffsetClock, TriCal};
+use calibench::cell::{IndicatorError, ManipulatorError, TriCal};
 use calibench::files::FileError;
-use calibench::measure::{
-    Abort, Ball, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Conditions, Dataset,
-    Journal, JournalSession, Mastering, MasteringError, MasteringSettings, OpenedJournal, PlannedPose, journal_path,
-    read_dataset, still_mastered,
-};
-use calibench::robot::{Robot, robot};
+use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal, journal_path};
+use calibench::measure::campaign::mastering::{Mastering, MasteringError, MasteringSettings, still_mastered};
+use calibench::measure::campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, Conditions};
+use calibench::measure::centring::{CenteringController, CentringSettings};
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Ball, Dataset};
+use calibench::measure::poses::PlannedPose;
+use calibench::robot::Robot;
+use calibench::robot::robot_file::robot;
 use calibench::units::MM;
 use nalgebra::Vector3;
 use tempfile::TempDir;

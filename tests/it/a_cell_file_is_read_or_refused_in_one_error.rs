@@ -7,7 +7,9 @@ use calibench::cell::gauge::{Dialect, LineSettings};
 use calibench::cell::kuka::{Actions, Fitness, KukaSettings, Patience, RobotProgram, Variables};
 use calibench::cell::{RobotSettings, TriCal};
 use calibench::files::FileError;
-use calibench::measure::{Cell, CentringSettings, MasteringSettings, read_cell};
+use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::measure::campaign::mastering::MasteringSettings;
+use calibench::measure::centring::CentringSettings;
 use calibench::units::{DEG, MM};
 
 const DATASET: &str = "format = \"calibench-dataset/1\"\nrobot = \"kr6_r700\"\nbase = { x_mm = 0, y_mm = 0, z_mm = 0 }\n\

@@ -4,9 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use calibench::assess::{CheckReference, Condition, NoiseOf, RobotCheck};
-use calibench::identify::{Calibration, Model, identify};
-use calibench::measure::{Dataset, Measured, Noise, Postures, Sample};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::poses::Postures;
+use calibench::monitoring::check::conditions::Condition;
+use calibench::monitoring::check::{CheckReference, NoiseOf, RobotCheck};
 use calibench::units::{MM, UM};
 use nalgebra::{Matrix3, Vector3};
 use rand::seq::{IndexedRandom, SliceRandom};

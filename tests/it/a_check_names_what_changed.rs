@@ -5,13 +5,15 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{
-    Charts, CheckError, CheckReference, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, Shown, Smallest,
-    choose_sentinels, power_of_check, rows_again,
-};
-use calibench::identify::{Calibration, Model, identify};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
+use calibench::monitoring::check::conditions::{Condition, Elementary};
+use calibench::monitoring::check::power::{Shown, Smallest, power_of_check};
+use calibench::monitoring::check::{CheckError, CheckReference, FALSE_ALARM, RobotCheck, choose_sentinels, rows_again};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

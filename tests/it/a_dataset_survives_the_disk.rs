@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget, read_dataset,
-    write_dataset,
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget,
 };
-use calibench::robot::{FramePose, Payload};
+use calibench::robot::FramePose;
+use calibench::robot::statics::Payload;
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

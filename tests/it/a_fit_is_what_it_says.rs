@@ -4,12 +4,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use calibench::identify::{
-    Calibration, Fit, Model, Outcome, Problem, Use, check_nested, fit, fit_larger, identify, independent_parameters,
-};
-use calibench::identify::{read_calibration, write_calibration};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Payload, Robot, built_in, world_from_tool};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::calibration::{read_calibration, write_calibration};
+use calibench::identify::fit::{Fit, Outcome, check_nested, fit, fit_larger, independent_parameters};
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

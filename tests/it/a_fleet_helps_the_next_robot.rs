@@ -4,11 +4,13 @@
 
 use std::sync::Arc;
 
-use calibench::identify::{
-    Calibration, Fleet, FleetError, Model, PriorUsed, SeemOne, Use, identify, identify_with_fleet, read_fleet, write_fleet,
-};
-use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::fleet::{Fleet, FleetError, PriorUsed, SeemOne, identify_with_fleet, read_fleet, write_fleet};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

@@ -3,9 +3,12 @@
 
 use std::fmt::Write;
 
-use calibench::robot::{
-    DEFAULT_GRAVITY, FramePose, JointKind, Loads, Payload, Posture, Robot, Shape, SiteIndex, load_robot, world_from_tool,
-};
+use calibench::robot::kinematics::{Posture, world_from_tool};
+use calibench::robot::robot_file::load_robot;
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::solids::Shape;
+use calibench::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
+use calibench::robot::{FramePose, JointKind, Robot};
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

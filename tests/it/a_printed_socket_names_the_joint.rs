@@ -5,10 +5,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Comparison, Subject};
-use calibench::identify::{Model, Use, identify};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, Measured, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, SampleSet};
+use calibench::residuals::comparison::{Comparison, Subject};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use rand::seq::SliceRandom;

@@ -3,11 +3,12 @@
 
 use std::f64::consts::PI;
 
-use calibench::compensate::{
-    Compensator, Desired, Dialect, Fake, Permissions, Program, RewrittenProgram, Task, WorkFrame, rewrite_programs,
-};
-use calibench::identify::Calibration;
-use calibench::robot::{FramePose, Pose, Robot, SphericalWrist, StatusTurn, built_in, world_from_tool};
+use calibench::compensate::programs::{Dialect, Permissions, Program, RewrittenProgram, rewrite_programs};
+use calibench::compensate::{Compensator, Desired, Fake, Task, WorkFrame};
+use calibench::identify::calibration::Calibration;
+use calibench::robot::inverse::{SphericalWrist, StatusTurn};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Pose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
 use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -3,9 +3,12 @@
 
 use std::path::Path;
 
+use calibench::cell::replay::{Recording, ReplayMismatch};
 use calibench::cell::scripted::{Script, ScriptedCell, ScriptedFault};
-use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError, Recording, ReplayMismatch, TriCal};
-use calibench::measure::{Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, PlannedPose};
+use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError, TriCal};
+use calibench::measure::campaign::{Campaign, CampaignRecord, CampaignSettings};
+use calibench::measure::centring::{CenteringController, CentringSettings};
+use calibench::measure::poses::PlannedPose;
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 

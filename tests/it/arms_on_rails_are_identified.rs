@@ -6,11 +6,21 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use calibench::compensate::{Compensator, Conditions, Desired, Expected, Target, Task, fake_csv, read_targets, urdf};
-use calibench::effects::{Subject, build, ids};
-use calibench::identify::{Calibration, Model, Use, identify, read_calibration, write_calibration};
-use calibench::measure::{Dataset, Measured, Noise, ProbingPlan, Sample, SampleSet, read_dataset, write_dataset, write_plan};
-use calibench::robot::{FramePose, JointKind, Link, MdhLink, Robot, built_in, to_toml, world_from_tool};
+use calibench::compensate::conditions::Conditions;
+use calibench::compensate::rigid::urdf;
+use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
+use calibench::compensate::{Compensator, Desired, Target, Task};
+use calibench::effects::registry::ids;
+use calibench::effects::{Subject, build};
+use calibench::identify::calibration::{Calibration, read_calibration, write_calibration};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::poses::{ProbingPlan, write_plan};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::robot_file::to_toml;
+use calibench::robot::{FramePose, JointKind, Link, MdhLink, Robot, built_in};
 use calibench::units::{DEG, MM, UM, Unit};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

@@ -7,10 +7,15 @@ use std::path::Path;
 
 use calibench::effects::Subject;
 use calibench::files::FileError;
-use calibench::identify::{read_calibration, read_model};
+use calibench::identify::calibration::read_calibration;
+use calibench::identify::model_file::read_model;
 use calibench::import::{ImportError, ImportOptions, import};
-use calibench::measure::{Ball, Dataset, read_dataset, read_plan};
-use calibench::robot::{Payload, built_in, load_robot};
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Ball, Dataset};
+use calibench::measure::poses::read_plan;
+use calibench::robot::built_in;
+use calibench::robot::robot_file::load_robot;
+use calibench::robot::statics::Payload;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

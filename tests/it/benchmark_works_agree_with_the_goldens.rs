@@ -4,8 +4,9 @@
 use crate::works;
 use crate::works::golden;
 use crate::works::trial::{Outcome, Trial, check};
-use calibench::identify::{Adjustment, Problem, ProblemError, Use};
-use calibench::measure::selection::{Candidates, Quota, Request, select};
+use calibench::identify::Adjustment;
+use calibench::identify::problem::{Problem, ProblemError, Use};
+use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
 
 #[test]
 fn w1_and_w5_are_poses_columns_and_torques_of_pinocchio_and_jax() {

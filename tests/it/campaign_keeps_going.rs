@@ -2,10 +2,10 @@
 
 use calibench::cell::scripted::{Script, ScriptedCell, ScriptedFault};
 use calibench::cell::{IndicatorError, ManipulatorError, TriCal};
-use calibench::measure::{
-    Abort, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, CenteringController, CentringFailure,
-    CentringSettings, Iteration, Measured, PlannedPose, Probing, Progress, Sample,
-};
+use calibench::measure::campaign::{Abort, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Progress};
+use calibench::measure::centring::{CenteringController, CentringFailure, CentringSettings, Iteration, Probing};
+use calibench::measure::dataset::{Measured, Sample};
+use calibench::measure::poses::PlannedPose;
 use calibench::units::{MM, UM};
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,7 +1,10 @@
 //! Auto-centring without noise goes, reading by reading, as an independent program says (true arm of Table 8, nominal controller).
 
 use crate::works::golden;
-use calibench::robot::{Loads, Posture, RelTool, SiteIndex};
+use calibench::robot::kinematics::Posture;
+use calibench::robot::rel_tool::RelTool;
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::statics::Loads;
 use calibench::units::{DEG, UM};
 use nalgebra::Vector3;
 

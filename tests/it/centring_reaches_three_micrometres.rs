@@ -2,7 +2,8 @@
 
 use calibench::cell::scripted::{Script, ScriptedCell, ScriptedRobot};
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
-use calibench::measure::{CenteringController, CentringSettings, Phase, PlannedPose};
+use calibench::measure::centring::{CenteringController, CentringSettings, Phase};
+use calibench::measure::poses::PlannedPose;
 use calibench::units::{MM, UM};
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
@@ -27,7 +28,7 @@ fn pose() -> PlannedPose {
     }
 }
 
-fn probe(cell: &ScriptedCell, settings: CentringSettings) -> calibench::measure::Probing {
+fn probe(cell: &ScriptedCell, settings: CentringSettings) -> calibench::measure::centring::Probing {
     let mut controller =
         CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);
     controller.probe(&pose(), &mut |_| {})

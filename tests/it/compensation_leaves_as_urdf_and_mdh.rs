@@ -4,8 +4,11 @@
 use std::collections::HashMap;
 
 use crate::identified::{calibration, calibration_of, postures};
-use calibench::compensate::{Compensator, Task, urdf};
-use calibench::robot::{FramePose, Pose, load_robot, to_toml, world_from_tool};
+use calibench::compensate::rigid::urdf;
+use calibench::compensate::{Compensator, Task};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::robot_file::{load_robot, to_toml};
+use calibench::robot::{FramePose, Pose};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 /// Poses of an arm of a metre, written with all digits.

@@ -3,9 +3,11 @@
 
 use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
 use calibench::compensate::{Compensator, Desired, Task, WorkFrame};
-use calibench::identify::{Calibration, Use};
-use calibench::measure::{Dataset, Measured, Sample};
-use calibench::robot::{FramePose, Pose, built_in, world_from_tool};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Pose, built_in};
 use calibench::units::UM;
 use nalgebra::{Point3, Vector3};
 

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use crate::identified::{calibration, calibration_of, postures, target};
-use calibench::compensate::{Compensator, Desired, NEAR_SINGULAR, Refusal, Task, TaskError, WorkFrame, fake_csv};
-use calibench::effects::OwnEffect;
-use calibench::robot::{FramePose, Payload, Pose, built_in};
+use calibench::compensate::targets_file::fake_csv;
+use calibench::compensate::{Compensator, Desired, NEAR_SINGULAR, Refusal, Task, TaskError, WorkFrame};
+use calibench::effects::own::OwnEffect;
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Pose, built_in};
 use calibench::units::{DEG, MM, Unit};
 use nalgebra::Vector3;
 
@@ -101,7 +103,7 @@ fn a_joint_that_was_never_measured_there_is_warned_of() {
 #[test]
 fn an_effect_without_a_value_is_named() {
     let mut calibration = calibration_of(built_in("kr6_r700").unwrap(), &["base_frame", "mdh"], 1);
-    let term = calibench::effects::OwnTerm { site: "theta:3".into(), basis: "sqrt(q1)".into(), group: None };
+    let term = calibench::effects::own::OwnTerm { site: "theta:3".into(), basis: "sqrt(q1)".into(), group: None };
     calibration.model.own.push(OwnEffect { name: "odd".into(), unit: Unit::DEG, plausible: 5e-3 * DEG, terms: vec![term] });
     calibration.model.effects.push("odd".into());
     let mut estimate = calibration.estimates[0].clone();
@@ -120,7 +122,7 @@ fn an_effect_without_a_value_is_named() {
 #[test]
 fn a_task_that_the_calibration_does_not_serve_is_refused() {
     let calibration = calibration(1);
-    let refused = |change: &dyn Fn(&mut calibench::identify::Calibration), task: &Task| {
+    let refused = |change: &dyn Fn(&mut calibench::identify::calibration::Calibration), task: &Task| {
         let mut other = calibration.clone();
         change(&mut other);
         Compensator::new(&other, task).err()
@@ -129,14 +131,14 @@ fn a_task_that_the_calibration_does_not_serve_is_refused() {
     assert!(refused(&|_| (), &named("cell")).is_none());
     assert!(matches!(refused(&|_| (), &named("bench")), Some(TaskError::NoSuchSetup { known, .. }) if known == "cell"));
     assert_eq!(refused(&|c| c.setups.clear(), &Task::default()), Some(TaskError::NoSetup));
-    let twice = |c: &mut calibench::identify::Calibration| {
+    let twice = |c: &mut calibench::identify::calibration::Calibration| {
         let mut second = c.setups[0].clone();
         (c.setups[0].label, second.label) = ("mon".into(), "tue".into());
         c.setups.push(second);
     };
     assert!(matches!(refused(&twice, &Task::default()), Some(TaskError::SeveralSetups { known }) if known == "mon, tue"));
     assert!(refused(&twice, &named("tue")).is_none());
-    let weightless = |c: &mut calibench::identify::Calibration| {
+    let weightless = |c: &mut calibench::identify::calibration::Calibration| {
         let mut robot = (*c.robot).clone();
         robot.links.iter_mut().for_each(|l| l.mass = 0.0);
         c.robot = Arc::new(robot);

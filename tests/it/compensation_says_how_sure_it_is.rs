@@ -3,8 +3,9 @@
 
 use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
 use calibench::compensate::{Compensator, Desired, Fake, Task, WorkFrame};
-use calibench::identify::{Calibration, Use};
-use calibench::measure::{Dataset, Measured, Sample};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 use nalgebra::{DMatrix, Matrix3, Vector3};

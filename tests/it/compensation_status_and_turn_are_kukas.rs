@@ -2,8 +2,11 @@
 //! inverse kinematics that we did not write back to the same joints: 10,000 poses.
 
 use crate::identified::{calibration, target};
-use calibench::compensate::{Compensator, Desired, Task, fake_csv};
-use calibench::robot::{FramePose, Posture, SiteIndex};
+use calibench::compensate::targets_file::fake_csv;
+use calibench::compensate::{Compensator, Desired, Task};
+use calibench::robot::FramePose;
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::SiteIndex;
 use calibench::units::{DEG, MM};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

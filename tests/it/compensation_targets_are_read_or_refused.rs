@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::identified::setup;
-use calibench::compensate::{Desired, Expected, Target, read_targets};
+use calibench::compensate::targets_file::{Expected, read_targets};
+use calibench::compensate::{Desired, Target};
 use calibench::files::FileError;
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM};

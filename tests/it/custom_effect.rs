@@ -3,17 +3,21 @@
 use std::fs;
 use std::sync::Arc;
 
-use calibench::assess::Library;
-use calibench::effects::{
-    Effect, EffectError, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
-    Registry, Role, Scan, Signature, Situation, Stray, Subject, ids,
-};
-use calibench::identify::{
-    Calibration, Model, Problem, ProblemError, Use, identify, missing, read_calibration, read_model, write_calibration,
-    write_model,
-};
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, MdhEntry, Payload, Site, built_in, world_from_tool};
+use calibench::diagnosis::library::Library;
+use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use calibench::effects::family::{Family, Origin, Scan};
+use calibench::effects::registry::{Registry, ids};
+use calibench::effects::situation::Situation;
+use calibench::effects::{Effect, EffectError, Emit, ParameterSpec, Subject};
+use calibench::identify::calibration::{Calibration, read_calibration, write_calibration};
+use calibench::identify::model_file::{read_model, write_model};
+use calibench::identify::problem::{Problem, ProblemError, Use, missing};
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::sites::{MdhEntry, Site};
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, built_in};
 use calibench::units::{DEG, UM, URAD, Unit};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

@@ -3,10 +3,13 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{Diagnosis, diagnose};
-use calibench::identify::{Model, Parameter, Problem, Use};
-use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Payload, built_in, rotation_vector, world_from_tool};
+use calibench::diagnosis::{Diagnosis, diagnose};
+use calibench::identify::Model;
+use calibench::identify::problem::{Parameter, Problem, Use};
+use calibench::measure::dataset::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, built_in, rotation_vector};
 use calibench::units::{MM, UM};
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -2,11 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use calibench::assess::Verdict;
-use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
-use calibench::identify::{Fit, Model, Problem, TorquePosture, Use, fit};
-use calibench::measure::{Dataset, Orientation, ToolTarget};
-use calibench::robot::{rotation_vector, world_from_tool};
+use calibench::diagnosis::Verdict;
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::facts::Follows;
+use calibench::effects::family::Scan;
+use calibench::effects::registry::family;
+use calibench::effects::{Effect, Needs, Subject, build};
+use calibench::identify::fit::{Fit, fit};
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Model, TorquePosture};
+use calibench::measure::dataset::{Dataset, Orientation, ToolTarget};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::rotation_vector;
 use calibench::units::UM;
 use nalgebra::Vector3;
 
@@ -53,7 +60,7 @@ fn model(effect: &dyn Effect) -> Model {
 
 /// Plausible sizes, one and a half of one or the other sign, in an order without system.
 fn injected(problem: &Problem) -> Vec<f64> {
-    let size = |(k, p): (usize, &calibench::identify::Parameter)| match p.effect.as_str() {
+    let size = |(k, p): (usize, &calibench::identify::problem::Parameter)| match p.effect.as_str() {
         // Joints give way to the load, not against it.
         "joint_compliance" => p.spec.prior * (0.5 + 0.1 * k as f64),
         _ => p.spec.prior * 1.5 * (1.0 + k as f64 * 1.7).sin(),

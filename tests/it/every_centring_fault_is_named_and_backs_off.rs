@@ -2,7 +2,8 @@
 
 use calibench::cell::scripted::{Motion, Script, ScriptedCell, ScriptedFault, ScriptedIndicator};
 use calibench::cell::{Indicator, IndicatorError, ManipulatorError, TriCal};
-use calibench::measure::{CenteringController, CentringFailure, CentringSettings, PlannedPose, Probing, Suspicion};
+use calibench::measure::centring::{CenteringController, CentringFailure, CentringSettings, Probing, Suspicion};
+use calibench::measure::poses::PlannedPose;
 use calibench::units::{DEG, MM, UM};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};

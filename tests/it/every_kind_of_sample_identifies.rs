@@ -4,11 +4,12 @@
 
 use std::sync::Arc;
 
-use calibench::identify::{
-    Calibration, IdentifyError, Model, ProblemError, Use, identify, read_calibration, write_calibration,
-};
-use calibench::measure::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
+use calibench::identify::problem::{ProblemError, Use};
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};

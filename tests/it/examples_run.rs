@@ -1,6 +1,6 @@
 //! The examples run, and find what they are said to find.
 
-use calibench::assess::Verdict;
+use calibench::diagnosis::Verdict;
 use calibench::units::{MM, UM};
 
 use crate::{centre_a_ball, compare_and_diagnose, compensate, identify_from_arrays, own_effect};

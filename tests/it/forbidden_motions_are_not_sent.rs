@@ -5,7 +5,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use calibench::cell::{Guarded, Guards, Manipulator, ManipulatorError, Motion, MotionRecord, StopRequest};
+use calibench::cell::guards::{Guarded, Guards, Motion, MotionRecord};
+use calibench::cell::{Manipulator, ManipulatorError, StopRequest};
 use calibench::robot::{FramePose, built_in};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
@@ -112,7 +113,12 @@ fn the_tcp_stays_in_its_box_also_on_the_way() {
     let edge = Vector3::new(0.0, 0.0, -4.0 * MM);
     let mut at_edge = bench(Some([Vector3::new(-1.0, -1.0, 0.0), Vector3::new(0.4705, 1.0, 1.5)]));
     let tcp = |q: &[f64]| {
-        calibench::robot::world_from_tool(&built_in("kr6_r700").unwrap(), &FramePose::default(), &FramePose::default(), q)
+        calibench::robot::kinematics::world_from_tool(
+            &built_in("kr6_r700").unwrap(),
+            &FramePose::default(),
+            &FramePose::default(),
+            q,
+        )
     };
     assert!((tcp(&HOME) * nalgebra::Point3::from(edge)).x > 0.4705, "{}", tcp(&HOME));
     assert!(matches!(at_edge.robot.move_in_tool(&edge), Err(ManipulatorError::Refused { .. })));

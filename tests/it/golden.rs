@@ -3,7 +3,9 @@
 
 use std::path::PathBuf;
 
-use calibench::robot::{Axis6, FramePose, Link, MdhEntry, MdhLink, Payload, Robot, Site, SiteIndex};
+use calibench::robot::sites::{Axis6, MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Link, MdhLink, Robot};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use serde_json::Value;

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use crate::works::golden;
 use crate::works::trial::Trial;
-use calibench::identify::{Adjustment, Problem, Use};
+use calibench::identify::Adjustment;
+use calibench::identify::problem::{Problem, Use};
 use nalgebra::Vector3;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 

@@ -4,8 +4,10 @@
 use crate::works::golden;
 use std::sync::Arc;
 
-use calibench::identify::{Model, Problem, TorquePosture, Use, fit, identify};
-use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::identify::fit::fit;
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Model, TorquePosture, identify};
+use calibench::measure::dataset::{Ball, Dataset, Measured, Noise, Sample};
 
 /// The goldens were converged to rounding; the columns are scaled to metres, so this is in metres of TCP displacement per column.
 const SAME_MINIMUM: f64 = 1e-9;

@@ -3,11 +3,15 @@
 
 use std::sync::Arc;
 
-use calibench::compensate::{Conditions, Desired, Target};
+use calibench::compensate::conditions::Conditions;
+use calibench::compensate::{Desired, Target};
 use calibench::effects::{Subject, build};
-use calibench::identify::{Calibration, Estimate, FittedRows, MeasuredSetup, Model, Outcome};
+use calibench::identify::calibration::{Calibration, Estimate, MeasuredSetup};
+use calibench::identify::fit::Outcome;
+use calibench::identify::{FittedRows, Model};
 use calibench::math::Observability;
-use calibench::robot::{FramePose, Payload, Robot, built_in};
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Vector3};
 use rand::{RngExt, SeedableRng};

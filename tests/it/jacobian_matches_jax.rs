@@ -1,7 +1,7 @@
 //! The 31 columns of the position Jacobian equal those that JAX differentiates automatically.
 
 use crate::works::golden;
-use calibench::robot::Posture;
+use calibench::robot::kinematics::Posture;
 
 /// JAX and the closed form agree to 1e-13 on entries up to 10 m per unit.
 const TOLERANCE: f64 = 1e-9;
@@ -20,7 +20,7 @@ fn all_columns_match() {
             posture.set(&model.robot, &model.base, &model.tool, q, &model.deviations(&values, &holding[k]));
             for (c, parameter) in model.parameters.iter().enumerate() {
                 let weight = match parameter.site {
-                    calibench::robot::Site::Mdh(j, _) if parameter.compliance => holding[k][usize::from(j)],
+                    calibench::robot::sites::Site::Mdh(j, _) if parameter.compliance => holding[k][usize::from(j)],
                     _ => 1.0,
                 };
                 let column = posture.column(parameter.site) * weight;

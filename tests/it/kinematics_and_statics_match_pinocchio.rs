@@ -1,7 +1,9 @@
 //! Poses and gravity torques equal those of Pinocchio and MuJoCo, nominal and with the parameters of the paper's Table 8.
 
 use crate::works::golden;
-use calibench::robot::{Loads, Posture, SiteIndex, world_from_tool};
+use calibench::robot::kinematics::{Posture, world_from_tool};
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::statics::Loads;
 use nalgebra::Vector3;
 
 /// The two programs agree with each other to 1e-15 m; a metre-sized chain of six rotations rounds to about that.

@@ -2,7 +2,7 @@
 
 use calibench::cell::scripted::{Script, ScriptedCell, ScriptedFault};
 use calibench::cell::{Indicator, IndicatorError, TriCal};
-use calibench::measure::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
+use calibench::measure::campaign::mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
 use calibench::units::{MM, UM};
 
 /// Puts a ball of some radius into the socket, if any, and takes it away, or forgets to.

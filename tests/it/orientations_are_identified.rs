@@ -2,12 +2,18 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{Verdict, diagnose, suspects};
-use calibench::effects::PROBE_ROTATION;
-use calibench::identify::{Calibration, Model, Problem, Use, fit, identify};
+use calibench::diagnosis::{Verdict, diagnose};
+use calibench::effects::catalogue::PROBE_ROTATION;
+use calibench::identify::calibration::Calibration;
+use calibench::identify::fit::fit;
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, Measured, Noise, Orientation, Sample, SampleSet, read_dataset, write_dataset};
-use calibench::robot::{FramePose, Pose, Robot, built_in, world_from_tool};
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Orientation, Sample, SampleSet};
+use calibench::residuals::noise::suspects;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Pose, Robot, built_in};
 use calibench::units::{ARCSEC, DEG, MM, UM, URAD};
 use nalgebra::{Isometry3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -5,8 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use calibench::import::{Holdout, ImportError, ImportOptions, import};
-use calibench::measure::{Dataset, Measured, Sample, SampleSet, read_dataset, write_dataset};
-use calibench::robot::world_from_tool;
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 

@@ -1,10 +1,13 @@
 //! In the paper's cell the pool holds a thousand postures of each ball; every one is on its ball, inside the limits, off
 //! singularities and free, and so is its approach; and the same seed gives the same pool on any number of threads.
 
-use calibench::measure::{Facing, FreePosesRequest, Margins, PoolError, PoolRequest, ProbedBall, feasible_pool, free_poses};
-use calibench::robot::{
-    FramePose, Posture, Robot, SiteIndex, Solid, Surroundings, built_in, clearance, dexterity, world_from_tool,
-};
+use calibench::measure::poses::free_poses::{Facing, FreePosesRequest, free_poses};
+use calibench::measure::poses::pool::{Margins, PoolError, PoolRequest, ProbedBall, feasible_pool};
+use calibench::robot::inverse::dexterity;
+use calibench::robot::kinematics::{Posture, world_from_tool};
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::solids::{Solid, Surroundings, clearance};
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM};
 use nalgebra::{Unit, Vector3};
 

@@ -4,10 +4,11 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::Validation;
-use calibench::identify::{Model, Use, identify};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::residuals::Validation;
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
 

@@ -5,10 +5,16 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{HoldOut, LadderStep, Objection, Validation, Verdict, add, diagnose, ladder_step};
-use calibench::identify::{Calibration, Model, Use, identify};
+use calibench::diagnosis::{Verdict, diagnose};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::residuals::Validation;
+use calibench::selection::Objection;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{LadderStep, add, ladder_step};
 use calibench::units::MM;
 
 use crate::oracles::data;
@@ -45,7 +51,7 @@ fn judged_on(calibration: &Calibration, dataset: &Dataset, which: Use) -> f64 {
     Validation::of(&prediction).expect("there are rows").rms
 }
 
-fn found(of: &calibench::assess::Diagnosis) -> Vec<&str> {
+fn found(of: &calibench::diagnosis::Diagnosis) -> Vec<&str> {
     of.findings.iter().map(|f| f.hypothesis.in_model.as_str()).collect()
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Monte Carlo with fixed seeds. A band of 3.5 standard errors fails an honest interval once in 2,000.
 
-use calibench::assess::{Arrivals, LostMotion, PoseRepeatability};
+use calibench::residuals::{Arrivals, LostMotion, PoseRepeatability};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -7,10 +7,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use calibench::files::FileError;
-use calibench::robot::{
-    ChainEnds, JointKind, Pose, Robot, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot, robot_from_urdf,
-    world_from_tool,
-};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::robot_file::robot;
+use calibench::robot::urdf::{ChainEnds, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot_from_urdf};
+use calibench::robot::{JointKind, Pose, Robot};
 use nalgebra::{Isometry3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

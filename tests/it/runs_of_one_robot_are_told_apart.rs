@@ -6,10 +6,12 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use calibench::assess::{EffectStatus, Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
 use calibench::identify::Model;
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::monitoring::runs::tables::EffectStatus;
+use calibench::monitoring::runs::{Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -299,8 +301,11 @@ fn distances_and_points_are_of_one_robot() {
     let points = campaign(&arm, 60, &mut rng, true);
     let mut bar = campaign(&arm, 120, &mut rng, true);
     let anchors = [[1500.0, 0.0, 0.0], [-1200.0, 900.0, 300.0], [0.0, -1500.0, 800.0]].map(|p| Vector3::from(p) * MM);
-    bar.anchors =
-        anchors.iter().enumerate().map(|(k, p)| calibench::measure::Anchor { id: k.to_string(), position: *p }).collect();
+    bar.anchors = anchors
+        .iter()
+        .enumerate()
+        .map(|(k, p)| calibench::measure::dataset::Anchor { id: k.to_string(), position: *p })
+        .collect();
     for (k, sample) in bar.samples.iter_mut().enumerate() {
         let Measured::Point(seen) = sample.measured else { unreachable!("points") };
         sample.measured = Measured::Distance { anchor: k % 3, distance: (seen - anchors[k % 3]).norm() };
@@ -336,7 +341,7 @@ fn a_slipped_zero_is_named_with_its_run_and_its_size() {
     let now = found.calibration(question).expect("a calibration");
     let [theta3, truth] = [now.estimate("theta3").expect("fitted").value, slipped.robot.links[2].mdh.theta];
     assert!((theta3 - truth).abs() < 0.05 * DEG, "{theta3} {truth}");
-    let last = now.predict(&[("C", &runs[2])], calibench::identify::Use::Fit).expect("its own set-up");
+    let last = now.predict(&[("C", &runs[2])], calibench::identify::problem::Use::Fit).expect("its own set-up");
     assert!(last.refitted.is_empty());
     // Declared to drift by as much, nothing has moved.
     let drifts = [("theta3".to_owned(), 1.0 * DEG)];

@@ -3,7 +3,7 @@
 use crate::works;
 use crate::works::golden;
 use calibench::math::Observability;
-use calibench::measure::selection::{Candidates, Quota, Request, select};
+use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
 use nalgebra::DMatrix;
 
 /// O1 of the design that an independent DETMAX found; the convex relaxation proves that no design exceeds 0.42308.

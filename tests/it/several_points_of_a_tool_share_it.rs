@@ -4,10 +4,14 @@
 use std::fs;
 use std::sync::Arc;
 
-use calibench::identify::{Model, Problem, Use, identify};
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, Measured, Postures, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset};
-use calibench::robot::{FramePose, built_in, world_from_tool};
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet, Shared, ToolTarget};
+use calibench::measure::poses::Postures;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
 

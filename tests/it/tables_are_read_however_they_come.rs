@@ -6,8 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use calibench::import::{Guess, ImportError, ImportOptions, guess, import};
-use calibench::measure::{Dataset, Measured, SampleSet};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::measure::dataset::{Dataset, Measured, SampleSet};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::MM;
 
 use crate::oracles::data;
@@ -174,10 +175,12 @@ fn a_map_is_proposed_for_real_tables() {
     let grid = data("ur5-jacobi").join("3D_UR5_uncalibrated_grid_cleaned.csv");
     let (found, dataset) = understood(&grid, "ur5");
     let (known, _) = import("ur5-jacobi", std::slice::from_ref(&grid), &ImportOptions::default()).unwrap();
-    let same = |(a, b): (&calibench::measure::Sample, &calibench::measure::Sample)| match (&a.measured, &b.measured) {
-        (Measured::Point(a), Measured::Point(b)) => (a - b).norm() < 1e-9,
-        _ => false,
-    };
+    let same =
+        |(a, b): (&calibench::measure::dataset::Sample, &calibench::measure::dataset::Sample)| match (&a.measured, &b.measured)
+        {
+            (Measured::Point(a), Measured::Point(b)) => (a - b).norm() < 1e-9,
+            _ => false,
+        };
     assert!(dataset.samples.iter().zip(&known.samples).all(same));
     assert!(found.reasons.iter().any(|r| r.contains("were computed from the joints")), "{:?}", found.reasons);
     assert!(found.reasons.iter().any(|r| r.contains("measured minus target, so check which")), "{:?}", found.reasons);

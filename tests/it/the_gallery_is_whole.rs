@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibench::effects::CATALOGUE;
+use calibench::effects::catalogue::CATALOGUE;
 
 /// Largest picture, bytes.
 const LARGEST: u64 = 30_000;

@@ -5,10 +5,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError, TriCal};
-use calibench::measure::{CenteringController, CentringSettings};
-use calibench::robot::{
-    Axis6, FramePose, Link, Loads, MdhEntry, MdhLink, Payload, Pose, Posture, Robot, Site, SiteIndex, world_from_tool,
-};
+use calibench::measure::centring::{CenteringController, CentringSettings};
+use calibench::robot::kinematics::{Posture, world_from_tool};
+use calibench::robot::sites::{Axis6, MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::{Loads, Payload};
+use calibench::robot::{FramePose, Link, MdhLink, Pose, Robot};
 use calibench::units::{DEG, MM};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde_json::Value;

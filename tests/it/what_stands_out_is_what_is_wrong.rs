@@ -5,10 +5,16 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{Comparison, Diagnosis, JointVariable, NoiseSource, Subject, Verdict, diagnose, suspects};
-use calibench::identify::{Model, Use, identify};
-use calibench::measure::{Anchor, Ball, Dataset, Measured, Noise, Sample, SampleSet};
-use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::diagnosis::{Diagnosis, Verdict, diagnose};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Anchor, Ball, Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::residuals::comparison::{Comparison, Subject};
+use calibench::residuals::noise::suspects;
+use calibench::residuals::noise_floor::NoiseSource;
+use calibench::residuals::views::JointVariable;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -7,8 +7,9 @@
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use calibench::assess::{Helper, employ, help};
+use calibench::diagnosis::worker::{Helper, employ};
 use calibench::files::memory;
+use calibench::prediction::posterior::help;
 use serde_json::json;
 
 use crate::{Session, warm_up};

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::data_fit;
 use calibench::files::{FileError, is_file, read_text, with_reasons, write_whole};
-use calibench::identify::{CALIBRATION_FORMAT, Use};
+use calibench::identify::calibration::CALIBRATION_FORMAT;
+use calibench::identify::problem::Use;
 use calibench::import::{ImportError, ImportOptions, guess, import};
-use calibench::measure::{DATASET_TOML, Dataset, SampleSet, read_dataset, write_dataset};
-use calibench::robot::{RobotReference, robot};
+use calibench::measure::dataset::file::{DATASET_TOML, read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::residuals::misfit::data_fit;
+use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::units::MM;
 use calibench_report::workbench::{Bench, Case, LocatedError, Place, copied_rows, locate_in_data, located_misfit};
 use calibench_report::{misfit_sentence, nominal_fit_lines};

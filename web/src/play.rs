@@ -3,9 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::effects::{CATALOGUE, Effect, Subject, build, in_words};
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::{Effect, Subject, build, in_words};
 use calibench::files::{read_text, with_reasons, write_whole};
-use calibench::measure::{CampaignObserver, Dataset, PlannedPose, Probing, Sample, read_dataset, write_dataset};
+use calibench::measure::campaign::CampaignObserver;
+use calibench::measure::centring::Probing;
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::poses::PlannedPose;
 use calibench::robot::{BUILT_IN, built_in};
 use calibench_report::workbench::Place;
 use calibench_sim::planning::plan;

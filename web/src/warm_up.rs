@@ -6,8 +6,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, built_in, world_from_tool};
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, built_in};
 use calibench_report::workbench::Place;
 use nalgebra::Vector3;
 use serde_json::json;

@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
 use calibench::files::{is_standard_input, is_standard_output};
-use calibench::identify::{Use, write_model, write_model_like};
+use calibench::identify::model_file::{write_model, write_model_like};
+use calibench::identify::problem::Use;
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::Objection;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder_step;
 use calibench_report::workbench::{StepError, Wanted};
 use calibench_report::{
     Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,

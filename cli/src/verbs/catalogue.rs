@@ -1,6 +1,9 @@
 //! `effects`: the built-in effects.
 
-use calibench::effects::{CATALOGUE, EffectId, Family, Origin, Scan, Subject, build, family};
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::family::{Family, Origin, Scan};
+use calibench::effects::registry::family;
+use calibench::effects::{EffectId, Subject, build};
 use calibench::robot::built_in;
 use calibench_report::{Plausible, gallery_page, optional, plain_table};
 use serde_json::json;

@@ -6,7 +6,7 @@ use calibench::cell::gauge::Traffic;
 use calibench::cell::kuka::program_files;
 use calibench::cell::{Indicator, IndicatorError, StopRequest};
 use calibench::files::write_whole;
-use calibench::measure::{Cell, read_cell};
+use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;
 use clap::Subcommand;

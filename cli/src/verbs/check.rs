@@ -5,10 +5,14 @@ mod turn;
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CheckError, CheckReference, choose_sentinels, power_of_check};
 use calibench::files::{check_output_folder, with_reasons, write_whole};
-use calibench::identify::Calibration;
-use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
+use calibench::identify::calibration::Calibration;
+use calibench::measure::campaign::cell::read_cell;
+use calibench::measure::dataset::file::DATASET_TOML;
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::poses::{PlannedPose, read_plan, write_plan};
+use calibench::monitoring::check::power::power_of_check;
+use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels};
 use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;

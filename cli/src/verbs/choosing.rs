@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use calibench::measure::{CampaignObserver, Conditions, PlannedPose, Probing, Progress, Sample};
+use calibench::measure::campaign::{CampaignObserver, Conditions, Progress};
+use calibench::measure::centring::Probing;
+use calibench::measure::dataset::Sample;
+use calibench::measure::poses::PlannedPose;
 
 use super::progress::CampaignBar;
 

@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
+use calibench::diagnosis::Examination;
 use calibench::files::check_output_folder;
-use calibench::identify::{Calibration, Use};
-use calibench::measure::Dataset;
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
+use calibench::prediction::{Extrapolation, WorkspacePoses};
+use calibench::residuals::comparison::Comparison;
 use calibench_report::{
     Forecast, NoForecast, PLOTS_MARK, Recommended, comparison_headline, comparison_sentences, comparison_text, documents,
     extrapolation_sentence, write_comparison_plots,

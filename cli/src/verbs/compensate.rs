@@ -7,17 +7,18 @@ mod telling;
 
 use std::path::Path;
 
-use calibench::assess::Extrapolation;
-use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, Uncertainty, fake_csv,
-    flange_frame, read_targets, urdf,
-};
+use calibench::compensate::krl::{KrlProgram, Motion};
+use calibench::compensate::rigid::{RigidRobot, flange_frame, urdf};
+use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
+use calibench::compensate::{Compensated, Compensator, Fake, Target, Task, Uncertainty};
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
-use calibench::identify::{Calibration, read_calibration};
-use calibench::robot::{
-    FramePose, JointKind, JointOrigin, Payload, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml,
-};
+use calibench::identify::calibration::{Calibration, read_calibration};
+use calibench::prediction::Extrapolation;
+use calibench::robot::robot_file::{RobotReference, to_toml};
+use calibench::robot::statics::Payload;
+use calibench::robot::urdf::{JointOrigin, calibrated_urdf, joint_origins};
+use calibench::robot::{FramePose, JointKind, Robot};
 use calibench::units::MM;
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
-use calibench::identify::{
-    Calibration, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, are_copied, identify_with_fleet,
-    read_calibration, read_fleet,
-};
-use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench::diagnosis::Examination;
+use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration};
+use calibench::identify::fit::Outcome;
+use calibench::identify::fleet::{Fleet, FleetJudged, FleetPrior, PriorUsed, identify_with_fleet, read_fleet};
+use calibench::identify::{Model, are_copied};
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 pub use calibench_report::workbench::{locate_in_data, model_for};
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 

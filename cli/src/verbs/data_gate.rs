@@ -1,8 +1,8 @@
 //! Check that data fit their robot, made by every verb before it fits anything.
 
-use calibench::assess::{DataFit, data_fit};
-use calibench::identify::Use;
-use calibench::measure::Dataset;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::misfit::{DataFit, data_fit};
 use calibench_report::workbench::{copied_rows, located_misfit};
 use calibench_report::{documents, nominal_fit_lines};
 

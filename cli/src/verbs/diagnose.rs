@@ -2,8 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Advice, Diagnosis, HoldOut, WorkspacePoses, ladder_step};
-use calibench::identify::{Outcome as FitOutcome, Use};
+use calibench::diagnosis::Diagnosis;
+use calibench::identify::fit::Outcome as FitOutcome;
+use calibench::identify::problem::Use;
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::Advice;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder_step;
 use calibench_report::{
     Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
 };

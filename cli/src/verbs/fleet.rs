@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use calibench::identify::{Calibration, Fleet, SeemOne, write_fleet};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::fleet::{Fleet, SeemOne, write_fleet};
 use calibench_report::{documents, fleet_text};
 
 use super::data::read_calibration_to_use;

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::effects::{CATALOGUE, family};
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::registry::family;
 use calibench::files::{check_output_folder, replace_folder, write_whole};
-use calibench::identify::Use;
-use calibench::measure::CampaignObserver;
+use calibench::identify::problem::Use;
+use calibench::measure::campaign::CampaignObserver;
 use calibench_lab::gallery::{Campaign, gallery, of_scenario};
 use calibench_report::{GALLERY_MARK, Gallery};
 use calibench_sim::scenario::load_scenario;

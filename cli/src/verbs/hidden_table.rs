@@ -1,6 +1,6 @@
 //! The hidden effects of a simulated cell compared with those found, as a table and in the document of a run.
 
-use calibench::assess::Verdict;
+use calibench::diagnosis::Verdict;
 use calibench_report::documents::{HiddenEffect, HiddenParameter, Named};
 use calibench_report::{called, optional, plain_table};
 

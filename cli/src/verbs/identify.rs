@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Shifts, unbelievable};
-use calibench::identify::{
-    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, identify_with_fleet, read_calibration, write_calibration,
-};
+use calibench::diagnosis::shifts::Shifts;
+use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
+use calibench::identify::fit::Outcome as FitOutcome;
+use calibench::identify::fleet::identify_with_fleet;
+use calibench::identify::identify;
+use calibench::identify::problem::Use;
+use calibench::residuals::misfit::unbelievable;
 use calibench::units::MM;
 use calibench_report::{
     RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence,

@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::data_fit;
 use calibench::files::{check_output_file, check_output_folder, is_standard_output, write_whole};
-use calibench::identify::Use;
+use calibench::identify::problem::Use;
 use calibench::import::{Holdout, ImportOptions, guess, import};
-use calibench::measure::{DATASET_TOML, SampleSet, refuse_measured, write_dataset};
-use calibench::robot::{BUILT_IN, RobotReference, robot};
+use calibench::measure::campaign::journal::refuse_measured;
+use calibench::measure::dataset::SampleSet;
+use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
+use calibench::residuals::misfit::data_fit;
+use calibench::robot::BUILT_IN;
+use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::units::MM;
 use calibench_report::{documents, misfit_sentence};
 use serde_json::json;

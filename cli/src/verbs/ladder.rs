@@ -2,8 +2,12 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
-use calibench::identify::{Use, write_model, write_model_like};
+use calibench::identify::model_file::{write_model, write_model_like};
+use calibench::identify::problem::Use;
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{Climb, LadderStep, ladder};
+use calibench::selection::recommend::ChoiceKind;
 use calibench_report::{
     NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
     fleet_sentence, in_question_sentence, ladder_step_sentence, ladder_step_table, not_added_sentence, symptom_sentence,

@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Adaptive, LOOKS, diagnose};
+use calibench::diagnosis::diagnose;
 use calibench::files::{check_output_folder, with_reasons};
-use calibench::measure::{
-    Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
-    OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_dataset, read_plan,
-};
+use calibench::measure::campaign::cell::read_cell;
+use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
+use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload};
+use calibench::measure::dataset::file::{DATASET_TOML, read_dataset};
+use calibench::measure::dataset::{Dataset, Sample, SampleSet};
+use calibench::measure::poses::{PlannedPose, ProbingPlan, read_plan};
+use calibench::planning::{Adaptive, LOOKS};
 use calibench::units::MM;
 use calibench_report::{Recommended, WORKSPACE, finds_nothing, lacking_sentence};
 

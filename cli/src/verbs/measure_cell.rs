@@ -7,12 +7,20 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use calibench::cell::gauge::CellGauge;
 use calibench::cell::gauge::Traffic;
-use calibench::cell::{Driver, Guarded, Manipulator, Motion, MotionRecord, OffsetClock};
+use calibench::cell::guards::{Guarded, Motion, MotionRecord};
+use calibench::cell::replay::OffsetClock;
+use calibench::cell::{Driver, Manipulator};
 use calibench::files::cannot_be_written;
-use calibench::measure::{
-    ArmAt, CalledOff, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Cell, CenteringController, Conditions,
-    Dataset, Journal, JournalSession, OpenedJournal, ProbingPlan, parts_by_payload, read_cell, read_plan,
+use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
+use calibench::measure::campaign::mastering::CalledOff;
+use calibench::measure::campaign::{
+    Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload,
 };
+use calibench::measure::centring::CenteringController;
+use calibench::measure::dataset::Dataset;
+use calibench::measure::poses::ways::ArmAt;
+use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;

@@ -62,7 +62,7 @@ use std::time::Instant;
 
 use calibench::files::one_line;
 use calibench::files::with_reasons;
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
 use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 

@@ -2,9 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CellLayout, Criterion, Examination, HoldOut, WorkspacePoses, diagnose_examined, planned_for, propose};
-use calibench::identify::Use;
-use calibench::measure::Dataset;
+use calibench::diagnosis::{Examination, diagnose_examined};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
+use calibench::planning::designer::Criterion;
+use calibench::planning::planned::planned_for;
+use calibench::planning::pool::CellLayout;
+use calibench::planning::propose;
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::hold_out::HoldOut;
 use calibench::units::MM;
 use calibench_report::{documents, next_sentences, next_table, planned_sentence};
 

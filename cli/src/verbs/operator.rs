@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 use calibench::cell::StopRequest;
-use calibench::measure::{Attendant, CalledOff};
+use calibench::measure::campaign::mastering::{Attendant, CalledOff};
 
 use super::failure::Failure;
 

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use calibench::files::{full_path, is_standard_output};
-use calibench::measure::DATASET_TOML;
-use calibench::robot::RobotReference;
+use calibench::measure::dataset::file::DATASET_TOML;
+use calibench::robot::robot_file::RobotReference;
 use calibench_report::documents::Run;
 use clap::{ArgMatches, Command};
 use toml::{Table, Value};

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::Detectability;
-use calibench::measure::write_plan;
+use calibench::diagnosis::detectability::Detectability;
+use calibench::measure::poses::write_plan;
 use calibench_report::{detectability_text, documents};
 
 use super::choices::seed;

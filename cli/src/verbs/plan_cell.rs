@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use calibench::files::{FileError, field_error, read_text};
-use calibench::measure::{CELL_FORMAT, Cell, Dataset, read_cell};
-use calibench::robot::world_from_tool;
+use calibench::measure::campaign::cell::{CELL_FORMAT, Cell, read_cell};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{DEG, MM};
 use toml::Table;
 

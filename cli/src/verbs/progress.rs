@@ -3,7 +3,10 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
-use calibench::measure::{CampaignObserver, Iteration, PlannedPose, Probing, Progress, Sample};
+use calibench::measure::campaign::{CampaignObserver, Progress};
+use calibench::measure::centring::{Iteration, Probing};
+use calibench::measure::dataset::Sample;
+use calibench::measure::poses::PlannedPose;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{is_told, note, print_detail, warn};

@@ -6,8 +6,8 @@ mod injections_text;
 
 use std::path::PathBuf;
 
-use calibench::identify::Use;
-use calibench::measure::Dataset;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
 use calibench_lab::injection::NoiseChoice;
 
 use super::choices::seed;

@@ -1,7 +1,8 @@
 //! `measure --cell CELL --dry-run`: lists every motion of a plan without moving.
 
-use calibench::cell::Forbidden;
-use calibench::measure::{Cell, PlannedPose, ProbingPlan};
+use calibench::cell::guards::Forbidden;
+use calibench::measure::campaign::cell::Cell;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::units::{DEG, MM};
 use calibench_report::plain_table;
 

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use calibench::measure::RepeatabilitySettings;
+use calibench::measure::campaign::repeatability::RepeatabilitySettings;
 use serde_json::json;
 
 use super::choices::PlantChoice;

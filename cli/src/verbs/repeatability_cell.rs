@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::cell::Manipulator;
 use calibench::cell::gauge::CellGauge;
-use calibench::cell::{Guarded, Manipulator, MotionRecord};
-use calibench::measure::{
-    ArmAt, Cell, CenteringController, HomeWays, PlannedPose, ProbingFailure, RepeatabilitySettings, Station, StationRecord,
-    read_cell, read_plan,
-};
+use calibench::cell::guards::{Guarded, MotionRecord};
+use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station, StationRecord};
+use calibench::measure::centring::{CenteringController, ProbingFailure};
+use calibench::measure::poses::ways::{ArmAt, HomeWays};
+use calibench::measure::poses::{PlannedPose, read_plan};
 
 use super::failure::Failure;
 use super::failure::hardware;

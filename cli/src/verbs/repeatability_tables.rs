@@ -1,6 +1,6 @@
 //! Output of `repeatability`.
 
-use calibench::assess::{LostMotion, PoseRepeatability, StationRepeatability};
+use calibench::residuals::{LostMotion, PoseRepeatability, StationRepeatability};
 use calibench::units::{MM, UM, URAD};
 use calibench_report::plain_table;
 use serde_json::{Value, json};

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::write_whole;
-use calibench::identify::{IdentifyError, Model, Use, read_calibration};
-use calibench::measure::read_dataset;
+use calibench::identify::Model;
+use calibench::identify::calibration::{IdentifyError, read_calibration};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::file::read_dataset;
 use calibench_report::documents::Run;
 use calibench_report::workbench::Case;
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use calibench::assess::data_fit;
 use calibench::files::write_whole;
-use calibench::identify::Use;
-use calibench::measure::Dataset;
-use calibench::robot::{
-    BUILT_IN, ChainEnds, FramePose, JointKind, MissingMesh, Robot, UrdfRobot, built_in, missing_meshes, robot, robot_from_urdf,
-    to_toml,
-};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::misfit::data_fit;
+use calibench::robot::robot_file::{robot, to_toml};
+use calibench::robot::urdf::{ChainEnds, MissingMesh, UrdfRobot, missing_meshes, robot_from_urdf};
+use calibench::robot::{BUILT_IN, FramePose, JointKind, Robot, built_in};
 use calibench::units::{DEG, MM};
 use calibench_report::{documents, misfit_sentence, nominal_fit_lines, plain_rows};
 use clap::Subcommand;

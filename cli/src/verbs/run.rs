@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Examination, WorkspacePoses};
+use calibench::diagnosis::Examination;
 use calibench::files::{FileError, check_output_folder, replace_folder, write_whole};
-use calibench::identify::{write_calibration, write_model};
-use calibench::measure::{Phase, write_dataset};
+use calibench::identify::calibration::write_calibration;
+use calibench::identify::model_file::write_model;
+use calibench::measure::centring::Phase;
+use calibench::measure::dataset::file::write_dataset;
+use calibench::prediction::WorkspacePoses;
 use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
 use calibench_report::{documents, histogram, judged_alike, plain_table, validation_row, validation_table};

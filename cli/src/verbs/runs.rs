@@ -2,10 +2,14 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{EffectStatus, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, Suspect, set_suspects_aside};
 use calibench::files::with_reasons;
-use calibench::identify::{Model, Problem, Use, write_calibration};
-use calibench::measure::Dataset;
+use calibench::identify::Model;
+use calibench::identify::calibration::write_calibration;
+use calibench::identify::problem::{Problem, Use};
+use calibench::measure::dataset::Dataset;
+use calibench::monitoring::runs::tables::EffectStatus;
+use calibench::monitoring::runs::{Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
+use calibench::residuals::noise::Suspect;
 use calibench_report::{documents, runs_answer, runs_text};
 use jiff::civil::Date;
 

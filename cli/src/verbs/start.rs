@@ -5,10 +5,11 @@ use std::path::Path;
 use calibench::cell::Manipulator;
 use calibench::cell::gauge::CellGauge;
 use calibench::cell::gauge::PresetManner;
-use calibench::measure::{
-    ArmAt, Cell, HomeWays, JournalSession, PlannedPose, ProbingPlan, Way, WayFinder, WayRequest, Whereabouts, master,
-    still_mastered, whereabouts,
-};
+use calibench::measure::campaign::cell::Cell;
+use calibench::measure::campaign::journal::JournalSession;
+use calibench::measure::campaign::mastering::{master, still_mastered};
+use calibench::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayRequest, Whereabouts, whereabouts};
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::units::{DEG, MM};
 
 use super::failure::hardware;

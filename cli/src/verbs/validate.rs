@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Extrapolation, Validation};
-use calibench::identify::{Calibration, Use};
-use calibench::measure::{Dataset, SampleSet};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::prediction::Extrapolation;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use calibench_report::documents::{OutsideRange, Validated};
 use calibench_report::{

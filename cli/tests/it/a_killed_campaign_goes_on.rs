@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::served::{Bench, Served, assert_none_lost, measurements};
-use calibench::measure::turn;
+use calibench::measure::poses::ways::turn;
 use calibench::units::DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,7 +4,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use calibench::measure::{Dataset, Measured, Sample, read_plan, write_dataset};
+use calibench::measure::dataset::file::write_dataset;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::read_plan;
 use calibench_sim::scenario::load_scenario;
 use tempfile::TempDir;
 
@@ -55,7 +57,7 @@ fn it_is_the_plan_of_the_scenario() {
     }
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert_eq!(read("by-cell.toml"), read("by-scenario.toml"));
-    let cell = calibench::measure::read_cell(&folder.path().join("cell.toml")).unwrap();
+    let cell = calibench::measure::campaign::cell::read_cell(&folder.path().join("cell.toml")).unwrap();
     assert!(read_plan(&folder.path().join("by-cell.toml"), &cell.dataset).unwrap().poses.len() >= 80);
 }
 

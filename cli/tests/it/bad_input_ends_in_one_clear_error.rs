@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use calibench::robot::{built_in, to_toml};
+use calibench::robot::built_in;
+use calibench::robot::robot_file::to_toml;
 use calibench_sim::scenario::load_scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -5,9 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use calibench::assess::diagnose;
-use calibench::identify::{Model, Outcome};
-use calibench::measure::read_dataset;
+use calibench::diagnosis::diagnose;
+use calibench::identify::Model;
+use calibench::identify::fit::Outcome;
+use calibench::measure::dataset::file::read_dataset;
 use calibench_report::{Recommended, sentences};
 use serde_json::Value;
 

@@ -259,7 +259,7 @@ fn fall(shown: &str) -> String {
 /// Histogram of the first joint's angle in either campaign.
 fn first_joint(folder: &Path) -> String {
     let angles = |dataset: &str| {
-        let dataset = calibench::measure::read_dataset(&folder.join(dataset)).unwrap_or_else(|e| panic!("{e}"));
+        let dataset = calibench::measure::dataset::file::read_dataset(&folder.join(dataset)).unwrap_or_else(|e| panic!("{e}"));
         dataset.samples.iter().map(|s| s.q[0].to_degrees()).collect::<Vec<f64>>()
     };
     let (a, b) = (angles("A"), angles("B"));

@@ -6,7 +6,8 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use calibench::robot::{FramePose, built_in, world_from_tool};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 
 const ROWS: usize = 40_000;

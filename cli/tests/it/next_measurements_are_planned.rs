@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use calibench::measure::{read_dataset, read_plan};
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::poses::read_plan;
 
 /// Few poses, and lost motion that other effects of the catalogue can imitate.
 const AMBIGUOUS: &str = r#"format = "calibench-scenario/1"

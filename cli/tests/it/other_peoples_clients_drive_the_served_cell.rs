@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::served::{Bench, Served};
 use calibench::cell::TriCal;
 use calibench::cell::gauge::{AsciiIndicator, Dialect, IndicatorSettings, open_socket};
-use calibench::measure::{Attendant, CalledOff, MasteringSettings, master};
+use calibench::measure::campaign::mastering::{Attendant, CalledOff, MasteringSettings, master};
 use rs_openshowvar::OpenShowVar;
 
 fn connected(served: &Served) -> OpenShowVar {

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::served::Bench;
-use calibench::measure::{RepeatabilitySettings, Station};
+use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station};
 use calibench::units::{ARCSEC, UM, URAD};
 use calibench_sim::random::{Streams, normal};
 use calibench_sim::repeatability::{stations, visit};

@@ -4,10 +4,11 @@
 use std::fs;
 use std::process::Command;
 
-use calibench::assess::Validation;
-use calibench::identify::{Model, Use, identify};
-use calibench::measure::{Dataset, Measured};
-use calibench::robot::world_from_tool;
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::residuals::Validation;
+use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{MM, UM};
 use calibench_sim::planning::shown;
 use calibench_sim::plans::Plans;
@@ -68,7 +69,7 @@ fn error(scenario: &Scenario) -> f64 {
 /// Measured distances minus those of the nominal robot, m: the robot of these tests is the nominal one.
 fn distance_residuals(scenario: &Scenario) -> Vec<f64> {
     let (fit, _) = measured(scenario);
-    let off = |s: &calibench::measure::Sample| match s.measured {
+    let off = |s: &calibench::measure::dataset::Sample| match s.measured {
         Measured::Distance { anchor, distance } => {
             let tcp = world_from_tool(&fit.robot, &fit.base, &fit.tool, &s.q).translation.vector;
             Some(distance - (tcp - fit.anchors[anchor].position).norm())

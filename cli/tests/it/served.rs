@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use calibench::measure::{Dataset, HomeWays, Measured, PlannedPose, ProbingPlan, Sample, write_dataset, write_plan};
+use calibench::measure::dataset::file::write_dataset;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::ways::HomeWays;
+use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::{Scenario, load_scenario};
 use tempfile::TempDir;

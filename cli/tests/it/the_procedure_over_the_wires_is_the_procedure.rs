@@ -5,7 +5,11 @@
 use crate::served::{Bench, SEED};
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::identify::{Model, identify};
-use calibench::measure::{ArmAt, Campaign, CampaignSettings, CenteringController, Dataset, SampleSet, read_dataset};
+use calibench::measure::campaign::{Campaign, CampaignSettings};
+use calibench::measure::centring::CenteringController;
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::poses::ways::ArmAt;
 use calibench::units::UM;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
@@ -79,7 +83,8 @@ fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
     assert!(wired.samples.iter().all(|s| s.set == SampleSet::Fit && s.q_commanded.is_some()));
 
     // TCP at both samples of a pose, by the controller's own model.
-    let tcp = |q: &[f64]| calibench::robot::world_from_tool(&plain.robot, &plain.base, &plain.tool, q).translation.vector;
+    let tcp =
+        |q: &[f64]| calibench::robot::kinematics::world_from_tool(&plain.robot, &plain.base, &plain.tool, q).translation.vector;
     let mut apart: Vec<f64> = Vec::new();
     for sample in &wired.samples {
         let Some(same) = plain.samples.iter().find(|s| s.id == sample.id) else { continue };

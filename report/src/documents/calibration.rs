@@ -104,7 +104,7 @@ pub struct Calibration {
 }
 
 impl Parameter {
-    fn of(e: &identify::Estimate) -> Self {
+    fn of(e: &identify::calibration::Estimate) -> Self {
         Parameter {
             name: e.name.clone(),
             value: e.unit.from_si(e.value),
@@ -120,8 +120,8 @@ impl Parameter {
 impl Calibration {
     /// The document of a calibration.
     #[must_use]
-    pub fn of(c: &identify::Calibration) -> Self {
-        let stated = |e: &identify::Estimate| {
+    pub fn of(c: &identify::calibration::Calibration) -> Self {
+        let stated = |e: &identify::calibration::Estimate| {
             Some(StatedParameter { parameter: Parameter::of(e), stated_sigma: e.unit.from_si(e.stated_sigma?) })
         };
         let o = &c.observability;

@@ -1,6 +1,10 @@
 //! `calibench-check/1`, printed by `check`.
 
-use calibench::assess::{self, Charts, Condition, FALSE_ALARM, NoiseOf, RUN_LENGTH, RobotCheck, Shown};
+use calibench::monitoring;
+use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
+use calibench::monitoring::check::conditions::Condition;
+use calibench::monitoring::check::power::Shown;
+use calibench::monitoring::check::{FALSE_ALARM, NoiseOf, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -148,7 +152,7 @@ pub struct PowerAtSize {
 }
 
 impl PowerAtSize {
-    fn of(p: &assess::PowerAt) -> Self {
+    fn of(p: &monitoring::check::power::PowerAt) -> Self {
         PowerAtSize { size: p.size, found: p.found, named: p.named, samples: p.samples }
     }
 }
@@ -157,20 +161,20 @@ impl Check {
     /// Converts a check, with the smallest changes that its samples show.
     #[must_use]
     pub fn of(check: &RobotCheck, shown: &[Shown]) -> Self {
-        let condition = |j: &assess::Judged| CheckedCondition {
+        let condition = |j: &monitoring::check::Judged| CheckedCondition {
             condition: j.condition.name(),
             words: condition_words(&j.condition),
             to_do: what_to_do(&j.condition).into(),
             probability: j.probability,
         };
-        let look = |l: &assess::Looked| Look {
+        let look = |l: &monitoring::check::Looked| Look {
             sample: l.sample.clone(),
             counterpart: l.counterpart.clone(),
             change_mm: l.change / MM,
             noise_um: l.noise / UM,
             ratio: l.ratio,
         };
-        let closest = |c: &assess::Closest| ClosestChange {
+        let closest = |c: &monitoring::check::Closest| ClosestChange {
             condition: c.condition.name(),
             words: condition_words(&c.condition),
             left_um: c.left / UM,
@@ -205,8 +209,8 @@ impl Check {
 
     /// Converts the plan of a check: ids of the samples to measure again, and what that would show.
     #[must_use]
-    pub fn of_plan(sentinels: Vec<String>, power: &[assess::Power]) -> Self {
-        let of = |p: &assess::Power| ConditionPower {
+    pub fn of_plan(sentinels: Vec<String>, power: &[monitoring::check::power::Power]) -> Self {
+        let of = |p: &monitoring::check::power::Power| ConditionPower {
             condition: p.condition.name(),
             at: p.at.iter().map(PowerAtSize::of).collect(),
             change: None,
@@ -232,9 +236,9 @@ impl Check {
     /// The same with the charts of checks on these days.
     #[must_use]
     pub fn with_charts(self, days: &[String], charts: &Charts) -> Self {
-        let chart = |chart: &assess::Chart| {
+        let chart = |chart: &monitoring::check::charts::Chart| {
             let (unit, name, _) = elementary_unit(chart.of);
-            let seen = |p: &assess::ChartPoint, x: f64| p.sigma.is_finite().then_some(x / unit);
+            let seen = |p: &monitoring::check::charts::ChartPoint, x: f64| p.sigma.is_finite().then_some(x / unit);
             ControlChart {
                 of: elementary_name(chart.of),
                 words: elementary_words(chart.of),

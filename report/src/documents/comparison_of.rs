@@ -1,6 +1,9 @@
 //! The document of a comparison.
 
-use calibench::assess::{self, BallView, Extrapolation, JointBin, SetupView, Subject, ToolView, WorldView};
+use calibench::prediction::Extrapolation;
+use calibench::residuals;
+use calibench::residuals::comparison::Subject;
+use calibench::residuals::views::{BallView, JointBin, SetupView, ToolView, WorldView};
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
 
@@ -19,8 +22,8 @@ fn urad(v: &Vector3<f64>) -> [f64; 3] {
     [v.x / URAD, v.y / URAD, v.z / URAD]
 }
 
-impl From<&assess::ViewTest> for ViewTest {
-    fn from(t: &assess::ViewTest) -> Self {
+impl From<&residuals::views::ViewTest> for ViewTest {
+    fn from(t: &residuals::views::ViewTest) -> Self {
         ViewTest { chi2: t.chi2, dof: t.dof, p_family: t.p_family, explains: t.explains }
     }
 }
@@ -75,8 +78,8 @@ impl From<&BallView> for BallResiduals {
     }
 }
 
-impl From<&assess::JointCurve> for JointCurve {
-    fn from(j: &assess::JointCurve) -> Self {
+impl From<&residuals::views::JointCurve> for JointCurve {
+    fn from(j: &residuals::views::JointCurve) -> Self {
         let bin = |b: &JointBin| CurveBin {
             x: b.x,
             from: b.from,
@@ -96,14 +99,14 @@ impl From<&assess::JointCurve> for JointCurve {
     }
 }
 
-impl From<&assess::JointOffset> for JointOffset {
-    fn from(o: &assess::JointOffset) -> Self {
+impl From<&residuals::views::JointOffset> for JointOffset {
+    fn from(o: &residuals::views::JointOffset) -> Self {
         JointOffset { joint: o.joint, mean_urad: o.mean / URAD, sigma_urad: o.sigma / URAD, test: (&o.test).into() }
     }
 }
 
 impl WorstSample {
-    fn of(w: &assess::WorstSample, c: &assess::Comparison) -> Self {
+    fn of(w: &residuals::views::WorstSample, c: &residuals::comparison::Comparison) -> Self {
         let at = &c.setups[w.setup];
         WorstSample {
             id: w.id.clone(),
@@ -119,7 +122,7 @@ impl WorstSample {
 }
 
 impl Place {
-    fn of(subject: Subject, c: &assess::Comparison) -> Self {
+    fn of(subject: Subject, c: &residuals::comparison::Comparison) -> Self {
         match subject {
             Subject::Ball(k) => Place::Ball { dataset: c.balls[k].dataset.clone(), ball: c.balls[k].ball.clone() },
             Subject::Tool(k) => Place::Tool { dataset: c.setups[k].dataset.clone(), session: c.setups[k].session.clone() },
@@ -134,11 +137,11 @@ impl Place {
 impl Comparison {
     /// The document of a comparison; `forecast` is the error expected over the workspace.
     #[must_use]
-    pub fn of(c: &assess::Comparison, forecast: Option<&Forecast>, extrapolation: &Extrapolation) -> Self {
+    pub fn of(c: &residuals::comparison::Comparison, forecast: Option<&Forecast>, extrapolation: &Extrapolation) -> Self {
         let level = c.noise.level;
         let mm = |x: Option<f64>| x.map(|x| x / MM);
         let interval = |x: Option<[f64; 2]>| x.map(|x| x.map(|x| x / MM));
-        let standout = |f: &assess::Standout| Standout {
+        let standout = |f: &residuals::comparison::Standout| Standout {
             place: Place::of(f.subject, c),
             test: (&f.test).into(),
             effects: f.effects.clone(),

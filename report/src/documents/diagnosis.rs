@@ -1,6 +1,8 @@
 //! `calibench-diagnosis/1`, printed by `diagnose`.
 
-use calibench::assess::{self, Verdict};
+use calibench::diagnosis;
+use calibench::diagnosis::Verdict;
+use calibench::selection;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -223,12 +225,12 @@ pub struct RefusedEffect {
 impl Advised {
     /// The document of an advice on the model of a diagnosis.
     #[must_use]
-    pub fn of(advice: &assess::Advice, d: &assess::Diagnosis, commands: &Recommended) -> Self {
-        let refused = |(effect, objections): &(String, Vec<assess::Objection>)| RefusedEffect {
+    pub fn of(advice: &selection::Advice, d: &diagnosis::Diagnosis, commands: &Recommended) -> Self {
+        let refused = |(effect, objections): &(String, Vec<selection::Objection>)| RefusedEffect {
             effect: effect.clone(),
             objections: objections.iter().map(objection_sentence).collect(),
         };
-        let is_done = matches!(advice.to_do, assess::ToDo::Nothing | assess::ToDo::Unknown);
+        let is_done = matches!(advice.to_do, selection::ToDo::Nothing | selection::ToDo::Unknown);
         let command = (!is_done).then(|| command(advice, d, commands).trim_matches('`').to_owned());
         Advised {
             to_do: advice.to_do.name().into(),
@@ -241,18 +243,18 @@ impl Advised {
 }
 
 impl Finding {
-    fn of(rank: usize, f: &assess::Finding) -> Self {
+    fn of(rank: usize, f: &diagnosis::Finding) -> Self {
         let h = &f.hypothesis;
-        let parameter = |p: &assess::FoundParameter| FoundParameter {
+        let parameter = |p: &diagnosis::FoundParameter| FoundParameter {
             name: p.name.clone(),
             value: p.unit.from_si(p.value),
             sigma: finite(p.unit.from_si(p.sigma)),
             unit: p.unit.symbol.into(),
         };
         let at = h.place.as_ref().map(|place| match place {
-            assess::Place::Order(k) => FindingPlace::Order(*k),
-            assess::Place::Time(t) => FindingPlace::TimeS(*t),
-            assess::Place::Sample(id) => FindingPlace::Sample(id.clone()),
+            diagnosis::hypotheses::Place::Order(k) => FindingPlace::Order(*k),
+            diagnosis::hypotheses::Place::Time(t) => FindingPlace::TimeS(*t),
+            diagnosis::hypotheses::Place::Sample(id) => FindingPlace::Sample(id.clone()),
         });
         Finding {
             rank,
@@ -281,10 +283,10 @@ impl Diagnosis {
     /// The document of a diagnosis; `forecast` is the expected error over the workspace, and `commands` are those that its
     /// sentences recommend.
     #[must_use]
-    pub fn of(d: &assess::Diagnosis, forecast: Option<&Forecast>, commands: &Recommended) -> Self {
-        let explained = |e: &assess::Explained| Explained { effect: e.effect.clone(), explains_percent: 100.0 * e.share };
+    pub fn of(d: &diagnosis::Diagnosis, forecast: Option<&Forecast>, commands: &Recommended) -> Self {
+        let explained = |e: &diagnosis::Explained| Explained { effect: e.effect.clone(), explains_percent: 100.0 * e.share };
         let contribution =
-            |c: &assess::Contribution| Contribution { effect: c.effect.clone(), share: c.share, size_plausible: c.size };
+            |c: &diagnosis::Contribution| Contribution { effect: c.effect.clone(), share: c.share, size_plausible: c.size };
         let unbelievable = |(effect, size): &(String, f64)| Unbelievable { effect: effect.clone(), size_plausible: *size };
         Diagnosis {
             format: DiagnosisFormat::V1,

@@ -1,6 +1,7 @@
 //! `calibench-fleet/1`, printed by `fleet`; and what other documents say of a fleet.
 
-use calibench::identify::{self, FleetJudged};
+use calibench::identify;
+use calibench::identify::fleet::FleetJudged;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -58,8 +59,8 @@ pub struct FleetUsed {
 impl Fleet {
     /// Converts a fleet.
     #[must_use]
-    pub fn of(fleet: &identify::Fleet) -> Self {
-        let parameter = |p: &identify::FleetParameter| {
+    pub fn of(fleet: &identify::fleet::Fleet) -> Self {
+        let parameter = |p: &identify::fleet::FleetParameter| {
             let unit = p.unit.si;
             FleetParameter {
                 name: p.name.clone(),

@@ -1,6 +1,6 @@
 //! Evidence for a joint error that follows a variable, part of the document of `diagnose`.
 
-use calibench::assess;
+use calibench::diagnosis;
 use calibench::units::URAD;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,8 +54,8 @@ pub struct HeatMap {
 }
 
 impl HeatMap {
-    pub(super) fn of(map: &assess::HeatMap) -> Self {
-        let cell = |c: &assess::Cell| HeatMapCell {
+    pub(super) fn of(map: &diagnosis::heat_map::HeatMap) -> Self {
+        let cell = |c: &diagnosis::heat_map::Cell| HeatMapCell {
             joint: c.joint + 1,
             against: c.variable.expression(),
             ln_evidence: c.ln_evidence,

@@ -1,6 +1,6 @@
 //! `calibench-import-report/1`, printed by `import`.
 
-use calibench::assess;
+use calibench::residuals;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,7 +52,7 @@ pub struct ImportReport {
 impl NominalFit {
     /// The document of a nominal fit.
     #[must_use]
-    pub fn of(n: &assess::NominalFit) -> Self {
+    pub fn of(n: &residuals::misfit::NominalFit) -> Self {
         NominalFit {
             residual_mm: n.residual / MM,
             residual_all_rows_mm: n.plain / MM,

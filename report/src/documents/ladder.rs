@@ -1,6 +1,7 @@
 //! `calibench-ladder/1`, printed by `ladder`.
 
-use calibench::assess::{self, StopReason};
+use calibench::selection;
+use calibench::selection::ladder::StopReason;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -93,7 +94,7 @@ pub struct Ladder {
 }
 
 impl Choice {
-    fn of(choice: &assess::Choice) -> Self {
+    fn of(choice: &selection::recommend::Choice) -> Self {
         Choice {
             kind: choice.kind.name().into(),
             added: choice.added.clone(),
@@ -106,7 +107,7 @@ impl Choice {
 impl Recommended {
     /// The model that a ladder recommends, and the reason.
     #[must_use]
-    pub fn of(ladder: &assess::Ladder) -> Self {
+    pub fn of(ladder: &selection::ladder::Ladder) -> Self {
         let choices = &ladder.recommendation.choices;
         let judged = if ladder.withdrawn.is_some() { &choices[0] } else { ladder.recommendation.choice() };
         Recommended {
@@ -126,7 +127,7 @@ impl Stopped {
             StopReason::NotConverged(outcome) => Some(outcome.name().into()),
             _ => None,
         };
-        let one = |(effect, objections): &(String, Vec<assess::Objection>)| TriedStep {
+        let one = |(effect, objections): &(String, Vec<selection::Objection>)| TriedStep {
             effect: effect.clone(),
             objections: objections.iter().map(objection_sentence).collect(),
         };
@@ -141,8 +142,8 @@ impl Stopped {
 impl Ladder {
     /// The document of a ladder.
     #[must_use]
-    pub fn of(ladder: &assess::Ladder) -> Self {
-        let all: Vec<&assess::LadderStep> = ladder.steps.iter().collect();
+    pub fn of(ladder: &selection::ladder::Ladder) -> Self {
+        let all: Vec<&selection::ladder::LadderStep> = ladder.steps.iter().collect();
         Ladder {
             format: LadderFormat::V1,
             steps: LadderStep::all(&all),

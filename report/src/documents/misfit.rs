@@ -1,6 +1,7 @@
 //! `calibench-misfit/1`, printed where the data do not fit their robot.
 
-use calibench::assess;
+use calibench::diagnosis;
+use calibench::residuals;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -75,12 +76,16 @@ pub struct MisfitResidual {
 impl Misfit {
     /// The document of a misfit.
     #[must_use]
-    pub fn of(misfit: &assess::Misfit) -> Self {
-        let assess::Misfit { nominal, cause, slips, .. } = misfit;
-        let slip = |s: &assess::SlipTried| Slip { slip: s.slip.clone(), residual_mm: s.residual / MM, words: s.words.clone() };
+    pub fn of(misfit: &residuals::misfit::Misfit) -> Self {
+        let residuals::misfit::Misfit { nominal, cause, slips, .. } = misfit;
+        let slip = |s: &residuals::misfit::SlipTried| Slip {
+            slip: s.slip.clone(),
+            residual_mm: s.residual / MM,
+            words: s.words.clone(),
+        };
         Misfit {
             format: MisfitFormat::V1,
-            verdict: assess::Verdict::DataDoNotFit.name().into(),
+            verdict: diagnosis::Verdict::DataDoNotFit.name().into(),
             cause: cause.name().into(),
             slips: slips.iter().map(slip).collect(),
             sentence: Some(misfit_sentence(misfit)),
@@ -98,8 +103,8 @@ impl Misfit {
 
     /// The document of corrections that cannot be believed.
     #[must_use]
-    pub fn of_corrections(corrections: &[assess::Unbelievable]) -> Self {
-        let one = |c: &assess::Unbelievable| Correction {
+    pub fn of_corrections(corrections: &[residuals::misfit::Unbelievable]) -> Self {
+        let one = |c: &residuals::misfit::Unbelievable| Correction {
             parameter: c.parameter.clone(),
             deviation: c.unit.from_si(c.deviation),
             unit: c.unit.symbol.into(),
@@ -107,7 +112,7 @@ impl Misfit {
         };
         Misfit {
             format: MisfitFormat::V1,
-            verdict: assess::Verdict::DataDoNotFit.name().into(),
+            verdict: diagnosis::Verdict::DataDoNotFit.name().into(),
             cause: "corrections".into(),
             slips: Vec::new(),
             sentence: unbelievable_sentence(corrections),

@@ -1,6 +1,9 @@
 //! `calibench-next/1`, printed by `next`, and `calibench-detectability/1`, printed by `plan`.
 
-use calibench::assess::{self, Criterion, Kind, Offer, Proposal};
+use calibench::diagnosis;
+use calibench::planning;
+use calibench::planning::designer::Criterion;
+use calibench::planning::{Kind, Offer, Proposal};
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -159,7 +162,7 @@ fn criterion_name(criterion: Criterion) -> &'static str {
 }
 
 impl PlannedStep {
-    fn of(step: &assess::Step, offer: Option<&Offer>) -> Self {
+    fn of(step: &planning::Step, offer: Option<&Offer>) -> Self {
         PlannedStep {
             measurements: step.count,
             minutes: offer.map(|o| o.action.duration(step.count) / MINUTE),
@@ -191,7 +194,7 @@ impl Next {
         let best = p.best(|_| true);
         let best =
             best.map(|(offer, step)| PlannedStep { action: Some(offer.action.words()), ..PlannedStep::of(step, Some(offer)) });
-        let not_offered = |n: &assess::NotOffered| NotOffered { action: n.what.clone(), because: n.because.clone() };
+        let not_offered = |n: &planning::NotOffered| NotOffered { action: n.what.clone(), because: n.because.clone() };
         Next {
             format: NextFormat::V1,
             criterion: criterion_name(p.criterion).into(),
@@ -213,8 +216,8 @@ impl Next {
 impl Detectability {
     /// The document of the detectability by a plan.
     #[must_use]
-    pub fn of(d: &assess::Detectability) -> Self {
-        let effect = |s: &assess::Sight| EffectDetectability {
+    pub fn of(d: &diagnosis::detectability::Detectability) -> Self {
+        let effect = |s: &diagnosis::detectability::Sight| EffectDetectability {
             effect: s.effect.clone(),
             absorbed: s.absorbed,
             visible_rms: s.visible,

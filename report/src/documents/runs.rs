@@ -1,7 +1,9 @@
 //! `calibench-runs/1`, printed by `runs`.
 
-use calibench::assess::{self, EffectStatus, RUNS_FALSE_ALARM, RunsComparison};
-use calibench::identify::Estimate;
+use calibench::identify::calibration::Estimate;
+use calibench::monitoring;
+use calibench::monitoring::runs::tables::EffectStatus;
+use calibench::monitoring::runs::{RUNS_FALSE_ALARM, RunsComparison};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -191,7 +193,7 @@ impl Runs {
     pub fn of(comparison: &RunsComparison, dates: &[Option<String>]) -> Self {
         let names: Vec<&str> = comparison.runs.iter().map(|run| run.name.as_str()).collect();
         let [model_mm, curves_mm] = comparison.left_out.map(|error| error.map(|e| e / MM));
-        let run = |(run, date): (&assess::RunOfRobot, &Option<String>)| {
+        let run = |(run, date): (&monitoring::runs::tables::RunOfRobot, &Option<String>)| {
             let judged = |k: usize| {
                 let result = run.from_others.as_ref().map(|both| &both[k]);
                 result.and_then(|r| r.as_ref().ok()).map(ErrorsLeftOut::of)
@@ -209,7 +211,7 @@ impl Runs {
                 not_judged: why,
             }
         };
-        let difference = |d: &assess::Difference| DifferenceOfRuns {
+        let difference = |d: &monitoring::runs::Difference| DifferenceOfRuns {
             effect: d.effect.clone(),
             when: d.pattern.words(&names),
             words: difference_sentence(d, &names),
@@ -220,7 +222,7 @@ impl Runs {
             tried: d.tried,
             aliased: d.aliased.clone(),
         };
-        let effect = |e: &assess::EffectInRuns| EffectOfRuns {
+        let effect = |e: &monitoring::runs::tables::EffectInRuns| EffectOfRuns {
             effect: e.effect.clone(),
             status: e.status.name().into(),
             run: match e.status {
@@ -249,13 +251,13 @@ impl Runs {
 }
 
 impl ErrorsLeftOut {
-    fn of(errors: &assess::LeftOut) -> Self {
+    fn of(errors: &monitoring::runs::LeftOut) -> Self {
         ErrorsLeftOut { rms_mm: errors.rms / MM, mean_mm: errors.mean / MM, max_mm: errors.max / MM, samples: errors.samples }
     }
 }
 
 impl TestOfRuns {
-    fn of(test: &assess::RunsTest) -> Self {
+    fn of(test: &monitoring::runs::RunsTest) -> Self {
         TestOfRuns { f: test.f, above: test.above, below: test.below, chance: test.chance }
     }
 }
@@ -268,9 +270,9 @@ impl ChangedParameter {
 }
 
 impl ParameterOfRuns {
-    fn of(p: &assess::ParameterInRuns) -> Self {
+    fn of(p: &monitoring::runs::tables::ParameterInRuns) -> Self {
         let unit = p.first.unit.si;
-        let drift = |d: &assess::Drift| DriftOfParameter {
+        let drift = |d: &monitoring::runs::Drift| DriftOfParameter {
             monthly: d.monthly / unit,
             at_most: d.at_most.is_finite().then_some(d.at_most / unit),
         };

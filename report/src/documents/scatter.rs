@@ -1,6 +1,7 @@
 //! The scatter of the data, part of the document of `diagnose`.
 
-use calibench::assess;
+use calibench::diagnosis;
+use calibench::residuals;
 use calibench::units::{DEG, MM, UM, URAD};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -120,14 +121,14 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    pub(super) fn of(s: &assess::Scatter) -> Self {
-        let suspect = |x: &assess::Suspect| Suspect {
+    pub(super) fn of(s: &diagnosis::Scatter) -> Self {
+        let suspect = |x: &residuals::noise::Suspect| Suspect {
             sample: x.sample.clone(),
             dataset: x.dataset,
             sigmas: x.deviation,
             chance: x.chance,
         };
-        let lag = |l: &assess::LagCorrelation| LagCorrelation { lag: l.lag, correlation: l.correlation, z: l.z };
+        let lag = |l: &residuals::noise::LagCorrelation| LagCorrelation { lag: l.lag, correlation: l.correlation, z: l.z };
         Scatter {
             instrument_noise_um: s.noise.level.map(|l| l.per_axis / UM),
             noise_from: s.noise.source.noise_from().into(),
@@ -149,9 +150,9 @@ impl Scatter {
 }
 
 impl RepeatScatter {
-    fn of(r: &assess::RepeatScatter) -> Self {
+    fn of(r: &residuals::noise::RepeatScatter) -> Self {
         let alarms = r.alarms();
-        let joint = |j: &assess::JointScatter| JointScatter {
+        let joint = |j: &residuals::noise::JointScatter| JointScatter {
             joint: j.joint + 1,
             sigma_urad: j.sigma / URAD,
             two_ln_likelihood_lost: j.lost,

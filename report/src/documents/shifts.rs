@@ -1,8 +1,8 @@
 //! Shifts of the parameters caused by each effect that the model lacks, in the document of `identify --shifts`.
 
+use calibench::diagnosis;
 use std::collections::BTreeMap;
 
-use calibench::assess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -46,9 +46,9 @@ pub struct Shifts {
 impl Shifts {
     /// The document of the shifts.
     #[must_use]
-    pub fn of(s: &assess::Shifts) -> Self {
-        let parameter = |p: &assess::Shifted| ShiftedParameter { name: p.name.clone(), unit: p.unit.symbol.into() };
-        let number = |shift: &assess::Shift| ShiftOfNumber {
+    pub fn of(s: &diagnosis::shifts::Shifts) -> Self {
+        let parameter = |p: &diagnosis::shifts::Shifted| ShiftedParameter { name: p.name.clone(), unit: p.unit.symbol.into() };
+        let number = |shift: &diagnosis::shifts::Shift| ShiftOfNumber {
             effect: shift.effect.clone(),
             number: shift.number.clone(),
             plausible: shift.unit.from_si(shift.size),

@@ -1,7 +1,10 @@
 //! Steps of a ladder, and `calibench-step/1`, printed by `add`.
 
-use calibench::assess::{self, Objection};
-use calibench::identify::Estimate;
+use calibench::diagnosis;
+use calibench::identify::calibration::Estimate;
+use calibench::residuals;
+use calibench::selection;
+use calibench::selection::Objection;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -172,16 +175,16 @@ pub struct Step {
 }
 
 impl Moment {
-    pub(super) fn of(m: &assess::Moment) -> Self {
+    pub(super) fn of(m: &diagnosis::hypotheses::Moment) -> Self {
         Moment { session: m.session.clone(), between: m.between.clone(), between_95: m.credible.clone() }
     }
 }
 
 impl EffectNote {
     /// The notes on the effects `added`, where there are any; `below` holds the earlier steps in order.
-    fn all(added: &[String], below: &[&assess::LadderStep]) -> Vec<Self> {
+    fn all(added: &[String], below: &[&selection::ladder::LadderStep]) -> Vec<Self> {
         let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
-        let one = |f: &assess::Finding| EffectNote {
+        let one = |f: &diagnosis::Finding| EffectNote {
             effect: f.hypothesis.in_model.clone(),
             exactly_same: f.exactly_same.clone(),
             parted_by: parted_by(f),
@@ -192,13 +195,13 @@ impl EffectNote {
 }
 
 impl ErrorSummary {
-    pub(crate) fn of(v: &assess::Validation) -> Self {
+    pub(crate) fn of(v: &residuals::Validation) -> Self {
         ErrorSummary { samples: v.samples, mean_mm: v.mean / MM, max_mm: v.max / MM, std_mm: v.std / MM, rms_mm: v.rms / MM }
     }
 }
 
 impl CheckErrors {
-    fn of(c: &assess::Check) -> Self {
+    fn of(c: &selection::hold_out::Check) -> Self {
         CheckErrors {
             name: c.name.clone(),
             errors: c.result.as_ref().ok().map(ErrorSummary::of),
@@ -208,7 +211,7 @@ impl CheckErrors {
 }
 
 impl Gain {
-    pub(super) fn of(gain: &assess::Gain) -> Self {
+    pub(super) fn of(gain: &selection::recommend::Gain) -> Self {
         Gain {
             held_out_by: gain.division.name().into(),
             postures: gain.postures,
@@ -223,14 +226,14 @@ impl Gain {
 impl LadderStep {
     /// The documents of the steps of a ladder, in order.
     #[must_use]
-    pub fn all(steps: &[&assess::LadderStep]) -> Vec<Self> {
+    pub fn all(steps: &[&selection::ladder::LadderStep]) -> Vec<Self> {
         (0..steps.len()).map(|k| LadderStep::of(steps[k], &steps[..k])).collect()
     }
 
     /// The document of a step; the diagnoses of the earlier ones, `below`, give details of the effects it adds.
     #[must_use]
-    pub fn of(step: &assess::LadderStep, below: &[&assess::LadderStep]) -> Self {
-        let session = |s: &assess::SessionError| SessionErrors {
+    pub fn of(step: &selection::ladder::LadderStep, below: &[&selection::ladder::LadderStep]) -> Self {
+        let session = |s: &selection::SessionError| SessionErrors {
             name: s.name.clone(),
             cv_rms_mm: s.cross_validated / MM,
             from_others_rms_mm: s.from_others.map(|v| v / MM),
@@ -272,7 +275,12 @@ impl LadderStep {
 impl Step {
     /// The document of one step: the models before and after it, the objections to it, and whether it was accepted.
     #[must_use]
-    pub fn of(before: &assess::LadderStep, after: &assess::LadderStep, objections: &[Objection], accepted: bool) -> Self {
+    pub fn of(
+        before: &selection::ladder::LadderStep,
+        after: &selection::ladder::LadderStep,
+        objections: &[Objection],
+        accepted: bool,
+    ) -> Self {
         Step {
             format: StepFormat::V1,
             before: LadderStep::of(before, &[]),

@@ -1,6 +1,6 @@
 //! `calibench-validation/1`, printed by `validate`.
 
-use calibench::assess;
+use calibench::residuals;
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct OrientationErrors {
 }
 
 impl OrientationErrors {
-    pub(super) fn of(o: &assess::OrientationErrors) -> Self {
+    pub(super) fn of(o: &residuals::OrientationErrors) -> Self {
         let [mean_deg, max_deg, std_deg, rms_deg] = [o.mean, o.max, o.std, o.rms].map(|x| x / DEG);
         OrientationErrors { samples: o.samples, mean_deg, max_deg, std_deg, rms_deg }
     }
@@ -111,9 +111,9 @@ pub struct Validated {
 impl Validation {
     /// The document of a validation.
     #[must_use]
-    pub fn of(v: &assess::Validation) -> Self {
+    pub fn of(v: &residuals::Validation) -> Self {
         let [q05, q25, q50, q75, q95] = v.quantiles.map(|q| q / MM);
-        let bin = |b: &assess::HistogramBin| HistogramBin { from_mm: b.from / MM, to_mm: b.to / MM, count: b.count };
+        let bin = |b: &residuals::HistogramBin| HistogramBin { from_mm: b.from / MM, to_mm: b.to / MM, count: b.count };
         Validation {
             format: ValidationFormat::V1,
             samples: v.samples,

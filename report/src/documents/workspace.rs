@@ -1,6 +1,7 @@
 //! The error expected over the workspace, and the extrapolation beyond the identified joint ranges.
 
-use calibench::assess::{self, Banded, Extrapolation, PoseSource, WorkspaceError};
+use calibench::prediction;
+use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::robot::JointKind;
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
@@ -145,7 +146,7 @@ impl Workspace {
 
 impl MapCell {
     /// A row of a map.
-    pub(crate) fn row(row: &[Option<assess::MapCell>]) -> Vec<Option<MapCell>> {
+    pub(crate) fn row(row: &[Option<prediction::MapCell>]) -> Vec<Option<MapCell>> {
         row.iter().map(|c| c.map(|c| MapCell { mean_mm: c.error / MM, poses: c.poses })).collect()
     }
 }
@@ -154,8 +155,8 @@ impl OutsideRange {
     /// The poses beyond the ranges, or `None` if there are none.
     #[must_use]
     pub fn of(e: &Extrapolation) -> Option<Self> {
-        let turns = |j: &assess::OutsideRange| j.kind == JointKind::Revolute;
-        let joint = |j: &assess::OutsideRange| JointOutside {
+        let turns = |j: &prediction::OutsideRange| j.kind == JointKind::Revolute;
+        let joint = |j: &prediction::OutsideRange| JointOutside {
             joint: j.joint,
             identified_deg: turns(j).then(|| j.identified.map(|x| x / DEG)),
             identified_mm: (!turns(j)).then(|| j.identified.map(|x| x / MM)),

@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
-use calibench::assess::Look;
-use calibench::effects::{Follows, Needs, family, in_words};
+use calibench::effects::facts::Follows;
+use calibench::effects::registry::family;
+use calibench::effects::{Needs, in_words};
+use calibench::residuals::Look;
 
 use super::see::Seen;
 use crate::effect_names::capital;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use calibench::assess::Look;
-use calibench::effects::family;
+use calibench::effects::registry::family;
+use calibench::residuals::Look;
 
 use super::Gallery;
 use super::entry::{Entry, lower};

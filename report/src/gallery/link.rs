@@ -1,6 +1,6 @@
 //! The page of the gallery that shows an effect.
 
-use calibench::effects::family;
+use calibench::effects::registry::family;
 
 /// The page of the gallery on an effect's family, as a path in the project's folder; `None` if it belongs to no family.
 ///

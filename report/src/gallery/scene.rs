@@ -1,8 +1,11 @@
 //! The samples of a fit: what it leaves of each, and what an effect would take of that.
 
-use calibench::assess::SeenSample;
-use calibench::identify::{BACKGROUND_WIDTH, IdentifyError, Model, Problem, Use, fit};
-use calibench::measure::{Dataset, Sample};
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::fit::fit;
+use calibench::identify::problem::{Problem, Use};
+use calibench::identify::{BACKGROUND_WIDTH, Model};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::residuals::views::SeenSample;
 use nalgebra::{Rotation3, Vector3};
 
 /// Shortest usable lever, as a share of the joint's longest in these data: with a shorter one, noise would look like a large

@@ -1,9 +1,14 @@
 //! The choice of the picture: the view in which the curve of an effect shows most of it.
 
-use calibench::effects::{EffectId, Family, Follows, Offered, Period, Scan, family, set_aside_by};
-use calibench::identify::{IdentifyError, Model};
+use calibench::effects::EffectId;
+use calibench::effects::catalogue::set_aside_by;
+use calibench::effects::facts::{Follows, Offered, Period};
+use calibench::effects::family::{Family, Scan};
+use calibench::effects::registry::family;
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
 use calibench::math::rms;
-use calibench::measure::Dataset;
+use calibench::measure::dataset::Dataset;
 use calibench::units::{UM, URAD};
 use nalgebra::Vector3;
 

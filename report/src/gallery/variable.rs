@@ -48,7 +48,7 @@ impl Abscissa {
         let row = &scene.rows[k];
         let q = |j: usize| row.sample.q.get(j).copied();
         let reading = || match row.sample.measured {
-            calibench::measure::Measured::Ball { reading, .. } => reading,
+            calibench::measure::dataset::Measured::Ball { reading, .. } => reading,
             _ => None,
         };
         match self {

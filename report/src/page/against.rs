@@ -13,7 +13,8 @@ use super::{PageSubject, short, shorts};
 use crate::documents::{LadderStep as StepDocument, to_value};
 use crate::symptom_sentence;
 use calibench::effects::in_words;
-use calibench::identify::{IdentifyError, Use};
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::problem::Use;
 use calibench::units::MM;
 
 /// Number of blocks of consecutive poses, whose means are compared where neighbours err alike.
@@ -48,7 +49,7 @@ impl Rival {
             let bins = curve.bins.iter().map(|b| json!({"x": short(b.x), "mean_urad": short(b.mean / calibench::units::URAD)}));
             json!({"joint": curve.joint, "against": curve.against.name(), "bins": bins.collect::<Vec<_>>()})
         });
-        let effects = |step: &calibench::assess::LadderStep| step.model.effects.clone();
+        let effects = |step: &calibench::selection::ladder::LadderStep| step.model.effects.clone();
         let all: Vec<String> = effects(a).into_iter().chain(effects(b)).collect();
         let words: serde_json::Map<String, Value> = all.into_iter().map(|id| (id.clone(), json!(in_words(&id)))).collect();
         Ok(json!({

@@ -10,10 +10,17 @@ use super::{short, shorts};
 use crate::gallery::gallery_page;
 use crate::meaning::{meaning, what};
 use crate::symptom_sentence;
-use calibench::assess::{Comparison, Curve, Diagnosis, Finding, READILY, Symptom, Verdict};
-use calibench::effects::{EffectId, family, in_words};
-use calibench::identify::{Calibration, IdentifyError, Model, Outcome, Problem, Use, fit};
-use calibench::measure::Dataset;
+use calibench::diagnosis::heat_map::Curve;
+use calibench::diagnosis::{Diagnosis, Finding, Symptom, Verdict};
+use calibench::effects::registry::family;
+use calibench::effects::{EffectId, in_words};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::fit::{Outcome, fit};
+use calibench::identify::problem::{Problem, Use};
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::comparison::Comparison;
+use calibench::selection::ladder::READILY;
 use calibench::units::{DEG, MM, UM, URAD};
 
 /// Number of candidates shown with their curves.
@@ -86,7 +93,7 @@ impl Candidate {
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
         let calibration = Calibration::of(datasets, &wider, &problem, &fitted);
         let with = Comparison::of(&calibration, datasets, Use::Fit)?;
-        let of_view = |curve: &calibench::assess::JointCurve| {
+        let of_view = |curve: &calibench::residuals::views::JointCurve| {
             let same = with.joints.iter().find(|c| c.joint == curve.joint && c.against == curve.against)?;
             (same.bins.len() == curve.bins.len())
                 .then(|| curve.bins.iter().zip(&same.bins).map(|(b, a)| b.mean - a.mean).collect())

@@ -15,13 +15,18 @@ use crate::figures;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
 use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
-use calibench::assess::{
-    Extrapolation, FitScores, FittedModel, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step,
-};
+use calibench::diagnosis::Verdict;
 use calibench::effects::{in_words, variable_in_words};
-use calibench::identify::{Calibration, IdentifyError, Prediction, Use};
-use calibench::measure::{Dataset, SampleSet};
+use calibench::identify::Prediction;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::prediction::{Extrapolation, PoseSource, WorkspacePoses};
+use calibench::residuals::Validation;
 use calibench::robot::JointKind;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{LadderStep, ladder_step};
+use calibench::selection::{FitScores, FittedModel};
 use calibench::units::{DEG, MM};
 
 /// A fitted model of a page's data, and the poses on which it is judged.

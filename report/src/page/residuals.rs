@@ -8,9 +8,14 @@ use serde_json::{Value, json};
 
 use super::space::{Stance, space};
 use super::{short, shorts};
-use calibench::assess::{Comparison, JointVariable, SeenSample, Variable, ViewTest};
-use calibench::identify::{IdentifyError, Model, Problem, Use, fit};
-use calibench::measure::{Dataset, Sample};
+use calibench::diagnosis::heat_map::Variable;
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::fit::fit;
+use calibench::identify::problem::{Problem, Use};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::residuals::comparison::Comparison;
+use calibench::residuals::views::{JointVariable, SeenSample, ViewTest};
 use calibench::robot::JointKind;
 use calibench::units::{MM, UM, URAD};
 

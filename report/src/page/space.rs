@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
 use super::{short, shorts};
-use calibench::identify::Problem;
+use calibench::identify::problem::Problem;
 use calibench::units::{MM, UM};
 
 /// Distance below which two neighbouring joints are drawn as one point, m.

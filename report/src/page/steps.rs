@@ -6,8 +6,10 @@ use super::PageSubject;
 use super::page_model::judge;
 use crate::documents::{Ladder, LadderStep as StepDocument, to_value};
 use crate::{next_step_sentences, objection_sentence};
-use calibench::assess::{Advice, HoldOut, LadderStep, Objection, ToDo, ladder as climb};
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{LadderStep, ladder as climb};
+use calibench::selection::{Advice, Objection, ToDo};
 
 /// The ladder as a document; its key `complete` is true if it was climbed to its end.
 ///

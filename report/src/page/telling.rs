@@ -5,8 +5,9 @@ use serde_json::{Value, json};
 use super::candidate::{Candidate, curve_id};
 use super::residuals::{Point, Residuals};
 use super::shorts;
-use calibench::assess::{Comparison, Diagnosis, Verdict};
+use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects;
+use calibench::residuals::comparison::Comparison;
 use calibench::units::URAD;
 
 /// Share of a candidate's effect below which a view of means does not represent it.
@@ -40,7 +41,7 @@ pub(super) fn telling_of(d: &Diagnosis, points: &Residuals, first: &Candidate, c
             "mean_urad": shorts(curve.mean.iter().map(|x| x / URAD)),
             "sigma_urad": shorts(curve.sigma.iter().map(|x| x / URAD))});
     }
-    if let Some(sample) = effects::set_aside_by(&first.effect) {
+    if let Some(sample) = effects::catalogue::set_aside_by(&first.effect) {
         return json!({"kind": "samples", "candidate": 0, "sample": sample});
     }
     if first.phase.is_some() {

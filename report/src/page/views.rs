@@ -12,8 +12,11 @@ use super::shorts;
 use super::space::Stance;
 use super::telling::{telling, telling_of};
 use crate::documents;
-use calibench::assess::{Comparison, Extrapolation, Place};
-use calibench::identify::{IdentifyError, Use};
+use calibench::diagnosis::hypotheses::Place;
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::problem::Use;
+use calibench::prediction::Extrapolation;
+use calibench::residuals::comparison::Comparison;
 use calibench::units::UM;
 
 /// The parts of a page that show individual samples. A clone shares their data.

@@ -6,13 +6,19 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, PoisonError};
 
-use calibench::assess::{
-    CellLayout, Climb, Examination, Gain, Objection, ladder, needs_diagnosis, propose, step_gains, unbelievable,
-};
 use calibench::compensate::{Compensator, Task};
+use calibench::diagnosis::Examination;
 use calibench::effects::{Subject, in_words};
 use calibench::files::{FileError, with_reasons};
-use calibench::identify::{Calibration, IdentifyError, Model, read_model};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::model_file::read_model;
+use calibench::planning::pool::CellLayout;
+use calibench::planning::propose;
+use calibench::residuals::misfit::unbelievable;
+use calibench::selection::ladder::{Climb, ladder};
+use calibench::selection::recommend::Gain;
+use calibench::selection::{Objection, needs_diagnosis, step_gains};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Judged};

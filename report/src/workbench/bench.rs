@@ -7,8 +7,11 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use calibench::assess::{FittedModel, Gain, LadderStep};
-use calibench::identify::{IdentifyError, Model};
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::selection::FittedModel;
+use calibench::selection::ladder::LadderStep;
+use calibench::selection::recommend::Gain;
 use serde_json::{Value, json};
 
 use super::case::Case;

@@ -1,7 +1,7 @@
 //! The input of a page: measurements of one robot, and the data that accompany them.
 
 use calibench::identify::Model;
-use calibench::measure::Dataset;
+use calibench::measure::dataset::Dataset;
 
 use crate::documents::Run;
 use crate::{CampaignRecord, CellPicture, PageSubject, Recommended};

@@ -1,7 +1,7 @@
 //! The sets of effects that the user was at, in order, and the present one among them.
 
-use calibench::assess::Objection;
 use calibench::identify::Model;
+use calibench::selection::Objection;
 use serde_json::{Value, json};
 
 use super::switches::Switches;

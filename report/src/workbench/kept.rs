@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{FitScores, FittedModel, Gain, Proposal};
 use calibench::identify::Model;
+use calibench::planning::Proposal;
+use calibench::selection::recommend::Gain;
+use calibench::selection::{FitScores, FittedModel};
 use serde_json::Value;
 
 use crate::{PageModel, Views};

@@ -1,6 +1,6 @@
 //! What a live page needs beside the document: the switches, and the other things that can be done.
 
-use calibench::identify::Calibration;
+use calibench::identify::calibration::Calibration;
 use serde_json::{Value, json};
 
 use super::case::Case;

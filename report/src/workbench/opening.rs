@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::Misfit;
 use calibench::effects::Subject;
 use calibench::files::{FileError, is_standard_input, with_reasons};
-use calibench::identify::{IdentifyError, Model, ProblemError, Use, are_copied, read_model};
-use calibench::measure::{Dataset, Sample};
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::model_file::read_model;
+use calibench::identify::problem::{ProblemError, Use};
+use calibench::identify::{Model, are_copied};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::residuals::misfit::Misfit;
 
 use super::case::Case;
 use crate::{Recommended, misfit_sentence};

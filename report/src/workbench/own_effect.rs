@@ -1,9 +1,9 @@
 //! A user-defined effect, as entered in the form of the page.
 
-use calibench::effects::{OwnEffect, OwnTerm};
+use calibench::effects::own::{OwnEffect, OwnTerm};
 use calibench::files::name_remedy;
 use calibench::identify::Model;
-use calibench::measure::Dataset;
+use calibench::measure::dataset::Dataset;
 use calibench::units::Unit;
 
 use super::refusal::Refusal;

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use calibench::assess::{CellLayout, Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
-use calibench::measure::{Dataset, PlannedPose, ProbingPlan, WayRequest, WaysError, interleave, plan_ways, write_plan};
+use calibench::measure::dataset::Dataset;
+use calibench::measure::poses::ways::{WayRequest, WaysError, plan_ways};
+use calibench::measure::poses::{PlannedPose, ProbingPlan, interleave, write_plan};
+use calibench::planning::pool::CellLayout;
+use calibench::planning::{Kind, Offer, Proposal};
 use nalgebra::{Unit, Vector3};
 
 /// Writes the plan of the best probing action with the artifact in its present place and, if tracker points are best of all, a

@@ -1,7 +1,7 @@
 //! Reasons for which the workbench refuses an action.
 
 use calibench::files::{FileError, with_reasons};
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
 use thiserror::Error;
 
 use super::step::StepError;

@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::Proposal;
-use calibench::compensate::{RigidRobot, urdf};
+use calibench::compensate::rigid::{RigidRobot, urdf};
 use calibench::files::{FileError, write_whole};
-use calibench::identify::{Calibration, Model, write_calibration, write_model, write_model_like};
-use calibench::robot::{Robot, RobotReference, calibrated_urdf};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, write_calibration};
+use calibench::identify::model_file::{write_model, write_model_like};
+use calibench::planning::Proposal;
+use calibench::robot::Robot;
+use calibench::robot::robot_file::RobotReference;
+use calibench::robot::urdf::calibrated_urdf;
 use calibench::units::MM;
 use serde_json::{Value, json};
 

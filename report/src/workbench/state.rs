@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use calibench::assess::WorkspacePoses;
+use calibench::prediction::WorkspacePoses;
 use serde_json::{Value, json};
 
 use super::history::{History, Moment};

@@ -1,11 +1,17 @@
 //! One step of a hunt: an effect, given by its id, added to a fitted model.
 
-use calibench::assess::{Curve, Examination, HoldOut, LadderStep, Variable, place, step};
+use calibench::diagnosis::Examination;
+use calibench::diagnosis::heat_map::{Curve, Variable};
+use calibench::diagnosis::hypotheses::place;
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
-use calibench::identify::{IdentifyError, Model, Use};
-use calibench::measure::Dataset;
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
 use calibench::robot::JointKind;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{LadderStep, step};
 use thiserror::Error;
 
 /// The reason why a step cannot be taken.
@@ -132,7 +138,7 @@ fn unplaced(subject: &Subject<'_>) -> Vec<String> {
 
 /// Explains why an effect does not exist and suggests the nearest id.
 fn explained(error: &EffectError, id: &str, subject: &Subject<'_>, unplaced: &[String]) -> String {
-    let all = effects::ids(subject);
+    let all = effects::registry::ids(subject);
     let families = || subject.registry.families().map(|f| f.id);
     let known = all.iter().chain(unplaced).map(String::as_str).chain(families());
     let nearest = nearest_name(id, known).or_else(|| nearest_name(EffectId::new(id).family(), families()));

@@ -3,7 +3,10 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use calibench::effects::{CATALOGUE, EffectId, OwnEffect, Scan, in_words};
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::family::Scan;
+use calibench::effects::own::OwnEffect;
+use calibench::effects::{EffectId, in_words};
 use calibench::identify::Model;
 
 /// An effect, on or off.

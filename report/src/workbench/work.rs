@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;
 
-use calibench::assess::{FittedModel, WorkspacePoses};
 use calibench::files::with_reasons;
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::FittedModel;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 

@@ -1,6 +1,6 @@
 //! A step is located between the samples between which it occurred, and both the sentences and the JSON report it.
 
-use calibench::assess::Verdict;
+use calibench::diagnosis::Verdict;
 use calibench::effects::in_words;
 use calibench_report::documents;
 use calibench_report::{Recommended, sentences};

@@ -1,8 +1,13 @@
 //! Campaigns that stop when they are enough, beside campaigns of fixed length: probings, and the error that the robot truly has.
 
-use calibench::assess::{Adaptive, Validation};
-use calibench::identify::{IdentifyError, Use, identify};
-use calibench::measure::{CampaignObserver, Dataset, Measured, PlannedPose, Sample, SampleSet};
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::identify;
+use calibench::identify::problem::Use;
+use calibench::measure::campaign::CampaignObserver;
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::poses::PlannedPose;
+use calibench::planning::Adaptive;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use rayon::prelude::*;
 use thiserror::Error;

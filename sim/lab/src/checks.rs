@@ -3,10 +3,14 @@
 //! Each cell is drawn anew, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
 //! again by the controller that probed them first, one after the other, until the check is settled.
 
-use calibench::assess::{CheckError, CheckReference, Condition, choose_sentinels};
-use calibench::identify::{IdentifyError, identify};
-use calibench::measure::{CampaignObserver, Dataset, Measured, PlannedPose, ProbingPlan, Sample};
-use calibench::robot::world_from_tool;
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::identify;
+use calibench::measure::campaign::CampaignObserver;
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::monitoring::check::conditions::Condition;
+use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels};
+use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use rand::RngExt;

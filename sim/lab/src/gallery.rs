@@ -5,12 +5,17 @@ mod campaigns;
 
 use std::sync::OnceLock;
 
-use calibench::assess::{Examination, Look};
-use calibench::effects::{
-    CATALOGUE, EffectError, EffectId, Family, Follows, Offered, Physical, Scan, build, reference_torque, setting_aside,
-};
-use calibench::identify::{Estimate, IdentifyError, Model, Use, missing};
-use calibench::measure::{Dataset, Measured};
+use calibench::diagnosis::Examination;
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::catalogue::setting_aside;
+use calibench::effects::facts::{Follows, Offered, Physical};
+use calibench::effects::family::{Family, Scan};
+use calibench::effects::{EffectError, EffectId, build, reference_torque};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Estimate, IdentifyError};
+use calibench::identify::problem::{Use, missing};
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::residuals::Look;
 use calibench::units::Unit;
 use calibench_report::{Entry, Imitator, Plausible, Seen, see};
 use calibench_sim::random::{Streams, fnv1a};

@@ -7,10 +7,16 @@ mod trial;
 
 use std::collections::BTreeMap;
 
-use calibench::assess::{Detectability, Examination, Library, Untestable, WORKSPACE_POSES, WorkspacePoses};
-use calibench::effects::{CATALOGUE, EffectId, build};
-use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
-use calibench::measure::Dataset;
+use calibench::diagnosis::Examination;
+use calibench::diagnosis::detectability::Detectability;
+use calibench::diagnosis::library::{Library, Untestable};
+use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::{EffectId, build};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::{Use, missing};
+use calibench::measure::dataset::Dataset;
+use calibench::prediction::{WORKSPACE_POSES, WorkspacePoses};
 use calibench::robot::JointKind;
 use calibench::units::MM;
 use calibench_sim::random::{Streams, fnv1a};

@@ -9,7 +9,8 @@ mod source;
 mod views;
 
 use calibench::cell::ManipulatorError;
-use calibench::measure::{CentringFailure, MasteringError};
+use calibench::measure::campaign::mastering::MasteringError;
+use calibench::measure::centring::CentringFailure;
 use thiserror::Error;
 
 pub use budget::{Budget, Contribution, Largest, RootMeanSquare, budget};

@@ -7,9 +7,15 @@ mod rows;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use calibench::assess::{HoldOut, Validation, WorkspaceError, ladder};
-use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
-use calibench::measure::{Dataset, Postures, Sample};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::poses::Postures;
+use calibench::prediction::WorkspaceError;
+use calibench::residuals::Validation;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder;
 use calibench::units::MM;
 use serde::Serialize;
 

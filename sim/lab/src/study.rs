@@ -23,9 +23,9 @@ mod trial;
 use std::sync::Arc;
 
 use calibench::files::FileError;
-use calibench::identify::{Prior, Problem, Use};
-use calibench::measure::{Measured, Sample};
-use calibench::robot::to_toml;
+use calibench::identify::problem::{Prior, Problem, Use};
+use calibench::measure::dataset::{Measured, Sample};
+use calibench::robot::robot_file::to_toml;
 use sha2::{Digest, Sha256};
 
 pub use bands::{Share, quantile_band};

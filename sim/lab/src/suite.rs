@@ -11,7 +11,7 @@ mod outcome;
 mod tally;
 mod trial;
 
-use calibench::assess::Library;
+use calibench::diagnosis::library::Library;
 use calibench::files::FileError;
 use rayon::prelude::*;
 

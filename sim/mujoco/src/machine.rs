@@ -1,9 +1,13 @@
 //! Builds the machine that MuJoCo simulates from a scenario: constant effects of the truth are built in; truths that
 //! are not part of a mechanism are refused.
 
-use calibench::effects::{self, Kind, Situation};
-use calibench::measure::Dataset;
-use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Site, SiteIndex};
+use calibench::effects;
+use calibench::effects::situation::{Kind, Situation};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::FramePose;
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::{Loads, Payload};
 
 use super::flaws::MujocoFlaws;
 use super::mjcf::{Machine, stiffness};
@@ -58,7 +62,7 @@ fn built_in(drawn: Vec<TrueEffect>) -> Result<Vec<TrueEffect>, PlantError> {
     let mut effects = Vec::new();
     for effect in drawn {
         let id = effect.effect.id();
-        let family = effects::family(id).map_or(id, |family| family.id);
+        let family = effects::registry::family(id).map_or(id, |family| family.id);
         if BUILT_IN.contains(&family) {
             effects.push(effect);
         } else if !["joint_compliance", "hysteresis"].contains(&family) {

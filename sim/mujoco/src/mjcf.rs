@@ -7,7 +7,8 @@
 
 use std::io;
 
-use calibench::robot::{FramePose, Link, MdhLink, Payload, Pose, Robot};
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Link, MdhLink, Pose, Robot};
 use calibench::units::MM;
 use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 use quick_xml::Writer;

@@ -1,6 +1,7 @@
 //! The mechanics of a cell in MuJoCo, stepped until it comes to rest.
 
-use calibench::robot::{Payload, Pose};
+use calibench::robot::Pose;
+use calibench::robot::statics::Payload;
 use nalgebra::{Point3, Vector3};
 
 use super::element::{RATE, joint_name};

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use calibench::robot::{Shape, Solid, Surroundings};
+use calibench::robot::solids::{Shape, Solid, Surroundings};
 use calibench::units::MM;
 use nalgebra::Vector3;
 

@@ -7,7 +7,10 @@ use std::time::Duration;
 
 use calibench::cell::Manipulator;
 use calibench::cell::kuka::{Structure, Value, e6axis, frame_of, krl_frame};
-use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, SiteIndex};
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::statics::{Loads, Payload};
+use calibench::robot::{FramePose, Pose, Robot};
 use nalgebra::Vector3;
 use tokio::sync::{Notify, watch};
 use tokio::time::Instant;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::time::Duration;
 
 use calibench::cell::{Indicator, IndicatorError};
-use calibench::measure::{Attendant, CalledOff};
+use calibench::measure::campaign::mastering::{Attendant, CalledOff};
 use calibench::units::MM;
 use tokio::time::{Instant, sleep};
 

@@ -4,7 +4,8 @@ use std::rc::Rc;
 
 use calibench::cell::kuka::{Actions, Value, Verdict, frame_of, joints_of, krl_frame};
 use calibench::cell::{Manipulator, ManipulatorError};
-use calibench::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose};
+use calibench::robot::inverse::{Chain, InverseKinematics, Outcome};
+use calibench::robot::{FramePose, Pose};
 use tokio::time::{Instant, sleep_until};
 
 use super::controller::{Controller, LAST_FRAME_FROM_FLANGE, Underway};

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use calibench::effects::Situation;
-use calibench::measure::Dataset;
-use calibench::robot::{Robot, Site};
+use calibench::effects::situation::Situation;
+use calibench::measure::dataset::Dataset;
+use calibench::robot::Robot;
+use calibench::robot::sites::Site;
 use calibench::units::URAD;
 use serde::Deserialize;
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use calibench::effects::Situation;
-use calibench::measure::Dataset;
-use calibench::robot::Site;
+use calibench::effects::situation::Situation;
+use calibench::measure::dataset::Dataset;
+use calibench::robot::sites::Site;
 use calibench::units::{DEG, URAD};
 use serde::Deserialize;
 

@@ -1,8 +1,10 @@
 //! Errors of planning a scenario.
 
-use calibench::identify::{FitError, ProblemError};
-use calibench::measure::selection::SelectionError;
-use calibench::measure::{PoolError, WaysError};
+use calibench::identify::fit::FitError;
+use calibench::identify::problem::ProblemError;
+use calibench::measure::poses::pool::PoolError;
+use calibench::measure::poses::selection::SelectionError;
+use calibench::measure::poses::ways::WaysError;
 use thiserror::Error;
 
 /// Reasons why no plan was found.

@@ -1,7 +1,9 @@
 //! The cell of a scenario, as needed to find postures and paths in it.
 
-use calibench::assess::CellLayout;
-use calibench::measure::{Facing, Margins, WAY_MARGIN};
+use calibench::measure::poses::free_poses::Facing;
+use calibench::measure::poses::pool::Margins;
+use calibench::measure::poses::ways::WAY_MARGIN;
+use calibench::planning::pool::CellLayout;
 use calibench::units::{DEG, MM};
 use nalgebra::{Unit, Vector3};
 

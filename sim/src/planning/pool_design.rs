@@ -1,10 +1,12 @@
 //! A pool of postures as seen by the model, and the poses chosen from it.
 
 use calibench::effects;
-use calibench::identify::{Model, Problem, Use, independent_parameters, missing, observability_of};
+use calibench::identify::Model;
+use calibench::identify::fit::{independent_parameters, observability_of};
+use calibench::identify::problem::{Problem, Use, missing};
 use calibench::math::Observability;
-use calibench::measure::selection::{Candidates, Selection};
-use calibench::measure::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::poses::selection::{Candidates, Selection};
 use nalgebra::DMatrix;
 
 use super::error::PlanError;

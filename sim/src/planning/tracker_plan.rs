@@ -1,10 +1,10 @@
 //! The poses measured by the tracker, and the paths through them.
 
-use calibench::measure::selection::{Quota, Request, Selection, select};
-use calibench::measure::{
-    Blocked, BlockedPose, FreePosesRequest, Measured, Sample, WayFinder, WayRequest, WaysError, free_poses,
-};
-use calibench::robot::world_from_tool;
+use calibench::measure::dataset::{Measured, Sample};
+use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
+use calibench::measure::poses::selection::{Quota, Request, Selection, select};
+use calibench::measure::poses::ways::{Blocked, BlockedPose, WayFinder, WayRequest, WaysError};
+use calibench::robot::kinematics::world_from_tool;
 
 use super::error::PlanError;
 use super::layout::layout;

@@ -2,8 +2,9 @@
 
 use std::mem::replace;
 
-use calibench::effects::Kind;
-use calibench::robot::{Payload, Pose};
+use calibench::effects::situation::Kind;
+use calibench::robot::Pose;
+use calibench::robot::statics::Payload;
 use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
 

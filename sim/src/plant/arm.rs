@@ -1,8 +1,11 @@
 //! The true arm: injected errors of any size, in equilibrium with gravity and the force on its tool.
 
-use calibench::effects::{ArtifactShape, Kind, Situation};
-use calibench::measure::Dataset;
-use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Robot, Site, SiteIndex};
+use calibench::effects::situation::{ArtifactShape, Kind, Situation};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
+use calibench::robot::statics::{Loads, Payload};
+use calibench::robot::{FramePose, Pose, Robot};
 use nalgebra::Vector3;
 
 use super::parts::Parts;

@@ -1,7 +1,8 @@
 //! Parts from which a plant is built.
 
-use calibench::measure::Dataset;
-use calibench::robot::{FramePose, Payload, Robot};
+use calibench::measure::dataset::Dataset;
+use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Robot};
 use calibench::units::UM;
 use nalgebra::Vector3;
 

@@ -1,6 +1,7 @@
 //! Inputs and results of a plant.
 
-use calibench::robot::{Payload, Pose};
+use calibench::robot::Pose;
+use calibench::robot::statics::Payload;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;

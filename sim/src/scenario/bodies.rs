@@ -1,7 +1,7 @@
 //! Bodies in the cell and on the flange, which must not touch.
 
 use calibench::files::FileError;
-use calibench::robot::{Solid, Surroundings};
+use calibench::robot::solids::{Solid, Surroundings};
 use calibench::units::MM;
 use nalgebra::Vector3;
 

@@ -5,8 +5,10 @@ use std::path::Path;
 
 use calibench::effects::Subject;
 use calibench::files::FileError;
-use calibench::identify::{EffectList, Model, check_effects};
-use calibench::measure::{Dataset, check_description};
+use calibench::identify::Model;
+use calibench::identify::model_file::{EffectList, check_effects};
+use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::file::check_description;
 use calibench::units::UM;
 use toml::{Table, Value};
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use calibench::files::{FileError, parse_toml};
-use calibench::robot::robot;
+use calibench::robot::robot_file::robot;
 use nalgebra::{Unit, Vector3};
 use toml::{Table, Value};
 

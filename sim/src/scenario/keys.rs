@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use calibench::identify::OwnEffectTable;
+use calibench::identify::model_file::OwnEffectTable;
 use nalgebra::Vector3;
 use serde::Deserialize;
 

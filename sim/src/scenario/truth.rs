@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use calibench::effects::{self, Effect, OwnEffect, Subject};
+use calibench::effects;
+use calibench::effects::own::OwnEffect;
+use calibench::effects::{Effect, Subject};
 use calibench::files::FileError;
-use calibench::measure::Dataset;
-use calibench::robot::Payload;
+use calibench::measure::dataset::Dataset;
+use calibench::robot::statics::Payload;
 use calibench::units::MM;
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -147,7 +149,7 @@ impl Truth {
         let mut shapes = streams.stream("shapes");
         let mut flaws = Flaws { all: self.hidden.clone(), ..Flaws::none(joints) };
         for effect in self.drawn(streams) {
-            let family = effects::family(effect.effect.id()).map(|family| family.id);
+            let family = effects::registry::family(effect.effect.id()).map(|family| family.id);
             for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
                 let named = |names: &dyn Fn(usize) -> String, count: usize| (1..=count).find(|&k| parameter.name == names(k));
                 match family {
@@ -210,7 +212,7 @@ fn stated(
         let remedy = "correct its name, or define it in a [[model.effect]] table with `candidate = true`";
         sources.wrong(&key, e.to_string(), remedy)
     })?;
-    if effects::family(id).is_some_and(|f| f.follows.contains(&effects::Follows::LastMove)) {
+    if effects::registry::family(id).is_some_and(|f| f.follows.contains(&effects::facts::Follows::LastMove)) {
         return Err(sources.wrong(&key, "is an error of the read-back, and the simulated arm is read at rest", "leave it out"));
     }
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();

@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
-use calibench::measure::{Attendant, CalledOff, LastMotion, Sample};
+use calibench::measure::campaign::LastMotion;
+use calibench::measure::campaign::mastering::{Attendant, CalledOff};
+use calibench::measure::dataset::Sample;
 use nalgebra::Vector3;
 
 use crate::collision::CollisionCheck;

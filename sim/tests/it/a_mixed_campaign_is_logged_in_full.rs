@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use calibench::measure::{Dataset, Measured, read_dataset, write_dataset};
+use calibench::measure::dataset::file::{read_dataset, write_dataset};
+use calibench::measure::dataset::{Dataset, Measured};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Measurements, measure_all};
@@ -51,7 +52,7 @@ fn the_mixed_160_are_measured_and_logged() {
     survives_the_disk(&measured.fit);
 }
 
-fn ball(sample: &calibench::measure::Sample) -> usize {
+fn ball(sample: &calibench::measure::dataset::Sample) -> usize {
     let Measured::Ball { ball, .. } = sample.measured else { panic!("{} is no ball", sample.id) };
     ball
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use calibench::assess::{Verdict, diagnose};
+use calibench::diagnosis::{Verdict, diagnose};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::measure_all;

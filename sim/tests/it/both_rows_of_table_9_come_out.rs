@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use calibench::assess::Validation;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

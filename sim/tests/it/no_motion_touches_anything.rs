@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use calibench::measure::{Abort, CentringFailure, PlannedPose, ProbingPlan};
+use calibench::measure::campaign::Abort;
+use calibench::measure::centring::CentringFailure;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench_sim::plans::Plans;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;

@@ -1,6 +1,7 @@
 //! A plan with its paths, and all its motions.
 
-use calibench::measure::{HomeWays, PlannedPose};
+use calibench::measure::poses::PlannedPose;
+use calibench::measure::poses::ways::HomeWays;
 use calibench_sim::planning::{Plan, plan};
 use calibench_sim::scenario::Scenario;
 

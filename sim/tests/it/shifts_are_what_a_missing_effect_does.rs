@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
-use calibench::assess::Shifts;
-use calibench::identify::{Calibration, identify};
-use calibench::measure::Dataset;
+use calibench::diagnosis::shifts::Shifts;
+use calibench::identify::calibration::Calibration;
+use calibench::identify::identify;
+use calibench::measure::dataset::Dataset;
 use calibench::units::{DEG, MM, Unit};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

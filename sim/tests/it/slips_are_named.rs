@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::oracles::data;
-use calibench::assess::{Cause, DataFit, data_fit};
-use calibench::identify::Use;
+use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Ball, BallDistance, Dataset, Measured, Sample};
+use calibench::measure::dataset::{Ball, BallDistance, Dataset, Measured, Sample};
+use calibench::residuals::misfit::{Cause, DataFit, data_fit};
 use calibench::robot::{FramePose, Link, MdhLink, Robot, built_in};
 use calibench::units::{DEG, MM};
 use calibench_sim::plans::Plans;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use calibench::measure::Phase;
+use calibench::measure::centring::Phase;
 use calibench::units::{MM, UM};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

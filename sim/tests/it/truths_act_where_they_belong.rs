@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use calibench::identify::{Calibration, Model, identify};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::{Model, identify};
 use calibench_sim::ground_truth::{Met, ground_truth};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

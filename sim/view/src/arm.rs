@@ -1,8 +1,12 @@
 //! The arm at a stop: its best known posture solid, those of its models translucent, with the difference exaggerated.
 
-use calibench::identify::{IdentifyError, Use};
-use calibench::measure::{Dataset, Sample};
-use calibench::robot::{Pose, Posture, Robot, Shape, SiteIndex, Solid};
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Sample};
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::solids::{Shape, Solid};
+use calibench::robot::{Pose, Robot};
 use nalgebra::{Rotation3, Translation3, Vector3};
 use rerun::{FillMode, Points3D, RecordingStream};
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use calibench::files::{FileError, one_line};
-use calibench::identify::IdentifyError;
+use calibench::identify::calibration::IdentifyError;
 use thiserror::Error;
 
 /// Reasons why no recording was made; a message is one line.

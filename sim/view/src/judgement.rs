@@ -1,7 +1,8 @@
 //! Accuracy at poses not used in the fit.
 
-use calibench::assess::Validation;
-use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::residuals::Validation;
 
 use crate::subject::Subject;
 

@@ -1,8 +1,9 @@
 //! Bodies as drawn by the viewer, and the static scene of the cell.
 
-use calibench::identify::Use;
-use calibench::measure::Measured;
-use calibench::robot::{Pose, Shape, Solid};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Measured;
+use calibench::robot::Pose;
+use calibench::robot::solids::{Shape, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
 use rerun::{Boxes3D, Capsules3D, Ellipsoids3D, FillMode, Points3D, Quaternion, Radius, RecordingStream, Transform3D};
 

@@ -1,8 +1,11 @@
 //! The steps that reduce the error: from the nominal model to the calibration, and up the ladder.
 
-use calibench::assess::{HoldOut, WorkspacePoses, ladder};
-use calibench::identify::{Calibration, IdentifyError, Use};
-use calibench::measure::{Dataset, Measured};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::prediction::WorkspacePoses;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder;
 use nalgebra::Vector3;
 
 use crate::subject::Subject;

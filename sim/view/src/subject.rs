@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::identify::{Calibration, IdentifyError, Model, identify, read_calibration};
-use calibench::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
-use calibench::robot::Surroundings;
+use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration};
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::robot::solids::Surroundings;
 use calibench_report::documents::Run;
 use nalgebra::Vector3;
 

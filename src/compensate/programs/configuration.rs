@@ -3,7 +3,9 @@
 use super::numbers::{TURNING, quadrant, whole_turn};
 use super::scan::{Configuration, Number};
 use crate::compensate::{Compensator, Refusal};
-use crate::robot::{FramePose, Pose, Posture, SiteIndex};
+use crate::robot::kinematics::Posture;
+use crate::robot::sites::SiteIndex;
+use crate::robot::{FramePose, Pose};
 use crate::units::DEG;
 
 /// A posture may be this far (rad, m) on the other side of the border between two configurations: programs hold positions

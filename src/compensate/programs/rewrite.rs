@@ -4,7 +4,8 @@ use super::configuration::{Meant, posture_of};
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::{Dialect, Program};
 use super::scan::{Configuration, Frame, Layout, Position, Remark, Scan, Setting};
-use crate::compensate::{Compensator, Conditions, Desired, Fake, Target};
+use crate::compensate::conditions::Conditions;
+use crate::compensate::{Compensator, Desired, Fake, Target};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 

@@ -2,8 +2,8 @@
 //! loads at their end.
 
 use super::Adjustment;
-use crate::identify::Problem;
 use crate::identify::fit_result::{FitError, Outcome};
+use crate::identify::problem::Problem;
 
 /// If nothing depends on the values, the fit has converged when the predicted change of the whitened residual vector is
 /// shorter than this.

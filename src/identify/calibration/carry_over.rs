@@ -2,8 +2,8 @@
 
 use super::{Calibration, MeasuredSetup};
 use crate::effects::Owner;
-use crate::identify::{Parameter, Prior, Problem, Setup};
-use crate::robot::Axis6;
+use crate::identify::problem::{Parameter, Prior, Problem, Setup};
+use crate::robot::sites::Axis6;
 
 impl Calibration {
     /// The calibrated deviations of another problem's parameters, and those parameters that are unknown because their

@@ -5,13 +5,17 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::super::{Calibration, EffectList, Estimate, FittedRows, Model, Outcome, check_effects};
+use super::super::{FittedRows, Model};
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
 use crate::effects::{self, EffectId, Subject};
 use crate::files::{FileError, field_error, is_file, name_remedy, parse_toml, read_text};
+use crate::identify::calibration::{Calibration, Estimate};
+use crate::identify::fit::Outcome;
+use crate::identify::model_file::{EffectList, check_effects};
 use crate::math::Observability;
-use crate::robot::{JointKind, Robot, robot};
+use crate::robot::robot_file::robot;
+use crate::robot::{JointKind, Robot};
 use crate::units::{DEG, MM, Unit};
 
 /// Upper limit of any parameter in the unit of its file: a kilometre, thousands of revolutions.
@@ -193,7 +197,8 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
         }
     }
     // Free and uncertain tools, targets and balls come from the data, not from the model.
-    let of_data = matches!(EffectId::new(&p.effect).family(), "tool_frame" | effects::PROBE_ROTATION | "target" | "ball");
+    let of_data =
+        matches!(EffectId::new(&p.effect).family(), "tool_frame" | effects::catalogue::PROBE_ROTATION | "target" | "ball");
     if !of_data && !effects.contains(&p.effect) {
         let problem = format!("'{}' is not among the effects of this calibration", p.effect);
         return Err(("effect", problem, format!("add it to `effects`, or {AGAIN}")));

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-#[cfg(feature = "schema")]
-use super::super::Outcome;
 use super::super::own_effects::OwnEffectTable;
-use super::super::{Calibration, Estimate, MeasuredSetup};
-use crate::robot::{FramePose, JointKind, Payload};
+use crate::identify::calibration::{Calibration, Estimate, MeasuredSetup};
+#[cfg(feature = "schema")]
+use crate::identify::fit::Outcome;
+use crate::robot::statics::Payload;
+use crate::robot::{FramePose, JointKind};
 use crate::units::{DEG, MM};
 
 /// An identified robot: every parameter with its uncertainty, and the data that it comes from.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::{Fleet, FleetParameter};
+use super::{Fleet, FleetParameter};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 use crate::units::{Unit, readable};
 

@@ -10,11 +10,13 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::identify::{
-    Calibration, Fit, Fleet, FleetPrior, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
-};
+use super::{Fleet, FleetPrior};
+use crate::identify::calibration::{Calibration, IdentifyError};
+use crate::identify::fit::{Fit, covariance_with_model_error, fit};
+use crate::identify::problem::{Prior, Problem, Use};
+use crate::identify::{Model, identify};
 use crate::math::linalg;
-use crate::measure::Dataset;
+use crate::measure::dataset::Dataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Probability that a robot of the fleet is taken for none.

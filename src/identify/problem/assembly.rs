@@ -15,10 +15,13 @@ use super::sample_row::SampleRow;
 use super::start::{datum_freedoms, start};
 use super::wanted::{StatedPrior, wanted};
 use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Follows, Needs, Owner};
+use crate::effects;
+use crate::effects::facts::Follows;
+use crate::effects::{Effect, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
-use crate::measure::Dataset;
-use crate::robot::{Robot, Site};
+use crate::measure::dataset::Dataset;
+use crate::robot::Robot;
+use crate::robot::sites::Site;
 
 impl Problem {
     /// Lays out the samples of `datasets` (with a label each) selected by `which`, under `model`.
@@ -178,7 +181,7 @@ impl<'a> Assembly<'a> {
         if let Some(b) = ball {
             place(own, dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
         }
-        if let Some(r) = dataset.tool_targets.iter().find(|r| effect.id() == effects::place_of_target(&r.id)) {
+        if let Some(r) = dataset.tool_targets.iter().find(|r| effect.id() == effects::catalogue::place_of_target(&r.id)) {
             place(own, r.position.as_slice(), r.position.as_slice());
         }
         first
@@ -193,7 +196,7 @@ impl<'a> Assembly<'a> {
         let shared = own.len() > 1
             && match effect.id() {
                 "base_frame" => dataset.shared.base,
-                "tool_frame" | effects::PROBE_ROTATION => dataset.shared.tool,
+                "tool_frame" | effects::catalogue::PROBE_ROTATION => dataset.shared.tool,
                 _ => false,
             };
         let mut first = vec![usize::MAX; self.setups.len()];
@@ -217,7 +220,7 @@ impl<'a> Assembly<'a> {
                     setup.datum_freedoms.iter().for_each(|&axis| parameters[axis as usize].defines_world = true);
                 }
                 "tool_frame" => place(parameters, &setup.tool.xyz, &setup.tool.xyz),
-                effects::PROBE_ROTATION => place(parameters, &[0.0; 3], setup.probe.as_slice()),
+                effects::catalogue::PROBE_ROTATION => place(parameters, &[0.0; 3], setup.probe.as_slice()),
                 _ => {}
             }
         }
@@ -349,7 +352,7 @@ fn duration(dataset: &Dataset, session: Option<&str>) -> Option<f64> {
 /// Joint and index of every joint compliance among the parameters.
 fn compliances(parameters: &[Parameter], joints: usize) -> Vec<(usize, usize)> {
     let joint = |p: &Parameter| {
-        let of_compliance = effects::family(&p.effect).is_some_and(|f| f.id == COMPLIANCE);
+        let of_compliance = effects::registry::family(&p.effect).is_some_and(|f| f.id == COMPLIANCE);
         (0..joints).find(|j| of_compliance && p.spec.name == format!("c{}", j + 1))
     };
     parameters.iter().enumerate().filter_map(|(k, p)| Some((joint(p)?, k))).collect()

@@ -7,7 +7,9 @@ use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{Deviating, RowTerms};
 use super::orientation::SeenOrientation;
 use super::sample_row::SampleRow;
-use crate::robot::{BatchInput, LanePosture, PostureView, Postures, Robot, Site, SiteIndex, Vectors};
+use crate::robot::kinematics::{BatchInput, LanePosture, PostureView, Postures};
+use crate::robot::sites::{Site, SiteIndex};
+use crate::robot::{Robot, Vectors};
 
 /// Number of samples in a batch: two registers of four numbers, or one of eight.
 pub(super) const BATCH: usize = 8;

@@ -2,10 +2,14 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::effects::{ArtifactShape, Effect, set_aside_by};
+use crate::effects::Effect;
+use crate::effects::catalogue::set_aside_by;
+use crate::effects::situation::ArtifactShape;
 use crate::identify::Model;
-use crate::measure::{Dataset, Noise, Sample};
-use crate::robot::{FramePose, Payload, Site};
+use crate::measure::dataset::{Dataset, Noise, Sample};
+use crate::robot::FramePose;
+use crate::robot::sites::Site;
+use crate::robot::statics::Payload;
 
 /// An effect with the parameters assigned to it.
 pub(super) struct Placed {

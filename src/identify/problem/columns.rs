@@ -5,8 +5,9 @@ use nalgebra::{Vector3, Vector6};
 use super::assembly::Assembly;
 use super::{Parameter, Prior, Problem, ProblemError, Use, Workspace};
 use crate::identify::Model;
-use crate::measure::Dataset;
-use crate::robot::{Loads, Site};
+use crate::measure::dataset::Dataset;
+use crate::robot::sites::Site;
+use crate::robot::statics::Loads;
 
 /// The circumstances of a sample, and the columns of its whitened residual for the sites that a scan varies.
 #[derive(Clone)]
@@ -101,7 +102,7 @@ impl Problem {
                 tau: loads.tau.clone(),
                 time_s: row.time_s(),
                 joints: (0..n).map(|j| column(self.robot.joint_site(j))).collect(),
-                base: [0, 1, 2].map(|k| column(Site::Base(crate::robot::Axis6::ALL[k]))),
+                base: [0, 1, 2].map(|k| column(Site::Base(crate::robot::sites::Axis6::ALL[k]))),
                 tool: [0, 1, 2].map(|k| column(Site::tool(k))),
             }
         };

@@ -1,7 +1,7 @@
 //! The parameters that move a sample's TCP, and the sites at which they act: shared by most samples of a problem, which
 //! then store only their weights.
 
-use crate::robot::{Site, SiteIndex};
+use crate::robot::sites::{Site, SiteIndex};
 
 /// One site moved by a parameter, and its index in the vector of deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

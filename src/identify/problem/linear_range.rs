@@ -1,7 +1,7 @@
 //! Limits of corrections beyond which the linear effects of a model are no longer valid.
 
 use super::{LoadState, Prior, Problem};
-use crate::robot::{MdhEntry, Site};
+use crate::robot::sites::{MdhEntry, Site};
 use crate::units::Unit;
 
 /// Largest rotation of a link or a joint, rad: linear terms neglect a tenth of it.

@@ -11,7 +11,9 @@ use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{LoadState, RowTerms};
 use super::orientation::SeenOrientation;
 use super::sample_row::SampleRow;
-use crate::robot::{MdhEntry, Posture, Robot, Site, SiteIndex};
+use crate::robot::Robot;
+use crate::robot::kinematics::Posture;
+use crate::robot::sites::{MdhEntry, Site, SiteIndex};
 
 /// Buffers reused between evaluations.
 pub(in crate::identify) struct Workspace {

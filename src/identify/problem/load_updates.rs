@@ -14,7 +14,7 @@ use super::load_state::{Deviating, LoadState, RowTerms};
 use super::load_workspace::LoadWorkspace;
 use super::sample_row::EvaluationContext;
 use crate::identify::TorquePosture;
-use crate::robot::LanePosture;
+use crate::robot::kinematics::LanePosture;
 
 /// The arm of a batch of rows.
 struct ArmState<'a> {

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::batch::{BATCH, Batch};
-use crate::robot::{Loads, LoadsBatch, Payload, Robot, Weights};
+use crate::robot::Robot;
+use crate::robot::statics::{Loads, LoadsBatch, Payload, Weights};
 
 /// Workspace for the loads of a batch of samples.
 pub(in crate::identify) struct LoadWorkspace {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::measure::Sample;
+use crate::measure::dataset::Sample;
 
 /// Joints (rad) of the sample preceding each in the same session: by time if all samples of the session have one, otherwise
 /// in the order listed. `None` for the first of a session. All samples count, whatever their use.
@@ -27,7 +27,7 @@ pub(super) fn joints_before(samples: &[Sample]) -> Vec<Option<&[f64]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::Measured;
+    use crate::measure::dataset::Measured;
 
     #[test]
     fn the_sample_before_is_the_earlier_one_of_the_same_session() {

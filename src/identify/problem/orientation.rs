@@ -5,8 +5,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
 
-use crate::measure::{Orientation, Sample};
-use crate::robot::{Frame, Site, rotation_vector};
+use crate::measure::dataset::{Orientation, Sample};
+use crate::robot::sites::Site;
+use crate::robot::{Frame, rotation_vector};
 
 /// Below this angle, rad, series replace quotients that vanish.
 const SMALL: f64 = 1e-4;

@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::effects::{Owner, ParameterSpec};
-use crate::measure::{Sample, SampleSet};
-use crate::robot::{Axis6, FramePose};
+use crate::measure::dataset::{Sample, SampleSet};
+use crate::robot::FramePose;
+use crate::robot::sites::Axis6;
 
 /// Prior knowledge of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]

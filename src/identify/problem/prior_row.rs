@@ -1,7 +1,8 @@
 //! What is known of a parameter beforehand, as a row of the least-squares problem.
 
 use super::{Parameter, Prior};
-use crate::identify::{FleetPrior, Model};
+use crate::identify::Model;
+use crate::identify::fleet::FleetPrior;
 
 /// A parameter as if measured: `mean - value`, whitened.
 #[derive(Debug, Clone)]

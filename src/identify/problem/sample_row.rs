@@ -6,9 +6,12 @@ use super::Setup;
 use super::cell::Cell;
 use super::jacobian_pattern::{JacobianPattern, Term};
 use super::orientation::{OrientationPart, SeenOrientation, stated};
-use crate::effects::{Kind, Situation};
-use crate::measure::{Measured, Sample};
-use crate::robot::{Frame, FramePose, LanePosture, Loads, Payload, Posture, PostureView, Robot, SiteIndex};
+use crate::effects::situation::{Kind, Situation};
+use crate::measure::dataset::{Measured, Sample};
+use crate::robot::kinematics::{LanePosture, Posture, PostureView};
+use crate::robot::sites::SiteIndex;
+use crate::robot::statics::{Loads, Payload};
+use crate::robot::{Frame, FramePose, Robot};
 use crate::units::MM;
 
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the

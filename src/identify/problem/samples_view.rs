@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, RowVector3, Vector3};
 
 use super::{Linearised, Problem, Workspace};
-use crate::robot::Posture;
+use crate::robot::kinematics::Posture;
 
 /// One sample of a problem, the arm posed according to the model.
 pub struct PosedSample<'a> {

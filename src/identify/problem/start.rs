@@ -8,10 +8,10 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3};
 use super::Use;
 use super::batch::BATCH;
 use crate::math::linalg;
-use crate::measure::{Ball, Dataset, Measured, Sample};
-use crate::robot::{
-    Axis6, BatchInput, FramePose, Postures, Robot, SiteIndex, nearest_rotation, rigid_fit, rotation_vector, world_from_tool,
-};
+use crate::measure::dataset::{Ball, Dataset, Measured, Sample};
+use crate::robot::kinematics::{BatchInput, Postures, world_from_tool};
+use crate::robot::sites::{Axis6, SiteIndex};
+use crate::robot::{FramePose, Robot, nearest_rotation, rigid_fit, rotation_vector};
 use crate::units::{DEG, MM};
 
 /// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,

@@ -4,7 +4,7 @@ use super::cell::takes_orientations;
 use super::{Prior, Use};
 use crate::effects::{self, ParameterSpec};
 use crate::identify::Model;
-use crate::measure::{Ball, Dataset, Measured, Sample, ToolTarget};
+use crate::measure::dataset::{Ball, Dataset, Measured, Sample, ToolTarget};
 
 /// Prior on the size of an effect.
 #[derive(Debug, Clone, Copy)]
@@ -62,15 +62,15 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     let measures_orientation =
         takes_orientations(dataset, model) && dataset.samples.iter().any(|s| which.takes(s) && s.orientation.is_some());
     if measures_orientation && dataset.tool_free {
-        wanted.retain(|(id, _)| id != effects::PROBE_ROTATION);
+        wanted.retain(|(id, _)| id != effects::catalogue::PROBE_ROTATION);
         let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
-        wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (effects::PROBE_ROTATION.into(), StatedPrior::Flat));
+        wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (effects::catalogue::PROBE_ROTATION.into(), StatedPrior::Flat));
     } else if measures_orientation && dataset.probe_sigma > 0.0 {
-        wanted.push((effects::PROBE_ROTATION.into(), StatedPrior::Stated(dataset.probe_sigma)));
+        wanted.push((effects::catalogue::PROBE_ROTATION.into(), StatedPrior::Stated(dataset.probe_sigma)));
     }
     // Last of what the model leaves open: a target shares its place with a free tool if the TCP itself is not measured.
     let tool_targets = dataset.tool_targets.iter().enumerate().filter(|(r, _)| reflected(*r));
-    for (id, tool_target) in tool_targets.rev().map(|(_, r)| (effects::place_of_target(&r.id), r)) {
+    for (id, tool_target) in tool_targets.rev().map(|(_, r)| (effects::catalogue::place_of_target(&r.id), r)) {
         if tool_target.free {
             let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
             wanted.retain(|(other, _)| *other != id);
@@ -90,10 +90,10 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
 /// 1 sigma, SI, that the dataset states for the TCP, ball or target moved by an effect of the model.
 fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
-    let tool_target = |r: &&ToolTarget| effect == effects::place_of_target(&r.id) && !r.free;
+    let tool_target = |r: &&ToolTarget| effect == effects::catalogue::place_of_target(&r.id) && !r.free;
     let sigma = match effect {
         "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
-        effects::PROBE_ROTATION => (!dataset.tool_free).then_some(dataset.probe_sigma),
+        effects::catalogue::PROBE_ROTATION => (!dataset.tool_free).then_some(dataset.probe_sigma),
         _ => {
             let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
             of_ball.or_else(|| dataset.tool_targets.iter().find(tool_target).map(|r| r.sigma))

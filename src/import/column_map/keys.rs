@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::import::row_order::RowOrder;
-use crate::measure::DatasetToml;
+use crate::measure::dataset::description::DatasetToml;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

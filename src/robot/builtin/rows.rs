@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::robot::{Link, MdhLink, Solid};
+use crate::robot::solids::Solid;
+use crate::robot::{Link, MdhLink};
 use crate::units::{DEG, MM};
 
 /// A row of a robot's table, in the units of data sheets.

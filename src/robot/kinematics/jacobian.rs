@@ -3,13 +3,14 @@
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
-use super::super::{Axis6, MdhEntry, Site, Vectors};
+use super::super::Vectors;
 use super::Postures;
 use super::mdh_rows::Turn;
 use crate::math::simd::{Axes, Group, Vector, in_lanes};
+use crate::robot::sites::{Axis6, MdhEntry, Site};
 
 impl<const L: usize> Postures<L> {
-    /// The [column](super::Posture::column) of every site at its index (see [`SiteIndex`](crate::robot::SiteIndex)), except
+    /// The [column](super::Posture::column) of every site at its index (see [`SiteIndex`](crate::robot::sites::SiteIndex)), except
     /// those of flex displacements.
     ///
     /// The columns are computed as a batch; one by one, each would wait for a branch on its site.

@@ -3,14 +3,15 @@
 use nalgebra::Vector3;
 
 use super::{BatchInput, Postures};
-use crate::robot::{Frame, FramePose, Pose, Robot, Site};
+use crate::robot::sites::Site;
+use crate::robot::{Frame, FramePose, Pose, Robot};
 
 /// The arm in one posture.
 pub type Posture = Postures<1>;
 
 impl Posture {
     /// Moves the arm to joints `q` (N, rad or m) on `base` with TCP `tool`, deviating by `deviations` (one SI value per site,
-    /// see [`SiteIndex`](crate::robot::SiteIndex)).
+    /// see [`SiteIndex`](crate::robot::sites::SiteIndex)).
     #[inline]
     pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
         let (base, tool) = (base.to_array().map(|x| [x]), tool.xyz.map(|x| [x]));

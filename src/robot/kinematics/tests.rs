@@ -3,7 +3,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::robot::{Axis6, Link, MdhEntry, MdhLink, Site, rotation_vector};
+use crate::robot::sites::{Axis6, MdhEntry, Site};
+use crate::robot::{Link, MdhLink, rotation_vector};
 
 /// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both below the tolerance.
 const STEP: f64 = 1e-5;

@@ -7,7 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 
-use crate::robot::{FramePose, Robot, Shape};
+use crate::robot::solids::Shape;
+use crate::robot::{FramePose, Robot};
 
 /// Makes joint `i` (counted from 0) of a robot count the other way, everything else staying where it is at the same posture.
 pub(super) fn turn_round(robot: &mut Robot, i: usize) {

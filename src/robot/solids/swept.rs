@@ -6,7 +6,10 @@
 //! times only.
 
 use super::ClearanceCheck;
-use crate::robot::{Clearance, FramePose, Link, Posture, Robot, SiteIndex, Surroundings};
+use super::{Clearance, Surroundings};
+use crate::robot::kinematics::Posture;
+use crate::robot::sites::SiteIndex;
+use crate::robot::{FramePose, Link, Robot};
 use crate::units::MM;
 
 /// Tolerance of the narrowest gap, mm: it limits the evaluations of a pair that stays near its narrowest.
@@ -139,7 +142,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::robot::{Solid, built_in};
+    use crate::robot::built_in;
+    use crate::robot::solids::Solid;
     use nalgebra::Vector3;
 
     /// Sampled at thousands of postures, no motion is narrower than reported by more than half a millimetre, nor ever

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{Charts, CheckError, CheckReference, RobotCheck, rows_again};
 use calibench::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use calibench::measure::{Dataset, read_dataset};
+use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::file::read_dataset;
+use calibench::monitoring::check::charts::Charts;
+use calibench::monitoring::check::{CheckError, CheckReference, RobotCheck, rows_again};
 use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;

@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibench::assess::Extrapolation;
-use calibench::compensate::{
-    Compensator, Dialect, Permissions, Program, Remark, RewrittenProgram, Target, read_program, rewrite_programs,
+use calibench::compensate::programs::{
+    Dialect, Permissions, Program, Remark, RewrittenProgram, read_program, rewrite_programs,
 };
+use calibench::compensate::{Compensator, Target};
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
+use calibench::prediction::Extrapolation;
 use calibench::units::MM;
 use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};
 use calibench_report::extrapolation_sentence;

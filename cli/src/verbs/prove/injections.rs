@@ -1,7 +1,7 @@
 //! What the data can show: every effect of the catalogue is injected and looked for.
 
 use calibench::files::write_whole;
-use calibench::identify::Use;
+use calibench::identify::problem::Use;
 use calibench_lab::injection::{InjectedNoise, Subject};
 use serde_json::{Value, json};
 

@@ -1,7 +1,8 @@
 //! Artifacts in the cell: the postures in which they can be probed, and the uncertainty to expect from a plan of all of them.
 
 use calibench::files::FileError;
-use calibench::measure::{Dataset, FreePosesRequest, Measured, Sample, free_poses};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
 
 use super::artifact::{Artifact, Workshop};
 use super::judged::{Full, Judged};

@@ -6,9 +6,11 @@
 //! sum over its balls.
 
 use calibench::effects::Owner;
-use calibench::identify::{Model, Parameter, Prior, Problem, Use, independent_parameters};
-use calibench::measure::{Dataset, Measured, Sample};
-use calibench::robot::world_from_tool;
+use calibench::identify::Model;
+use calibench::identify::fit::independent_parameters;
+use calibench::identify::problem::{Parameter, Prior, Problem, Use};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::robot::kinematics::world_from_tool;
 use calibench::units::UM;
 use nalgebra::{DMatrix, DVector};
 

@@ -1,6 +1,6 @@
 //! Search for ball places: exchanged one by one until no ball improves elsewhere.
 
-use calibench::measure::selection::{Candidates, Quota, Request, select};
+use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;

@@ -1,7 +1,7 @@
 //! The survey of a cell: the places where a ball can be probed, and the information from each.
 
 use calibench::files::FileError;
-use calibench::measure::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
 use rayon::prelude::*;
 
 use super::artifact::{Artifact, Place};

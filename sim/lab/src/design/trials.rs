@@ -1,7 +1,8 @@
 //! Verification of a prediction: the simulated cell with the artifact in it, measured and calibrated repeatedly.
 
-use calibench::identify::{Use, identify};
-use calibench::measure::Measured;
+use calibench::identify::identify;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Measured;
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rayon::prelude::*;

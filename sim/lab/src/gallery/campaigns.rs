@@ -2,9 +2,13 @@
 
 use std::sync::Arc;
 
-use calibench::identify::{Calibration, Model};
-use calibench::measure::{CampaignObserver, Dataset, Measured, Orientation, Sample, SampleSet, ToolTarget};
-use calibench::robot::{Payload, Robot, world_from_tool};
+use calibench::identify::Model;
+use calibench::identify::calibration::Calibration;
+use calibench::measure::campaign::CampaignObserver;
+use calibench::measure::dataset::{Dataset, Measured, Orientation, Sample, SampleSet, ToolTarget};
+use calibench::robot::Robot;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::statics::Payload;
 use calibench::units::{DEG, MM, UM, URAD};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::{Streams, fnv1a};

@@ -1,9 +1,11 @@
 //! The measurements that a robot with an injected effect would have given: the user's own samples, displaced by what the effect
 //! does to them, with noise drawn anew.
 
-use calibench::identify::{Calibration, IdentifyError, Use};
-use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet};
-use calibench::robot::{Posture, rotation_vector};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::robot::kinematics::Posture;
+use calibench::robot::rotation_vector;
 use nalgebra::{DMatrix, Rotation3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -164,8 +166,9 @@ mod tests {
     use std::sync::Arc;
 
     use calibench::identify::Model;
-    use calibench::measure::{Anchor, Ball, Orientation};
-    use calibench::robot::{FramePose, built_in, world_from_tool};
+    use calibench::measure::dataset::{Anchor, Ball, Orientation};
+    use calibench::robot::kinematics::world_from_tool;
+    use calibench::robot::{FramePose, built_in};
     use calibench::units::UM;
     use calibench_sim::random::Streams;
 

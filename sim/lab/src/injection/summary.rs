@@ -1,6 +1,6 @@
 //! Injections summed up: by family, and in all.
 
-use calibench::assess::Untestable;
+use calibench::diagnosis::library::Untestable;
 use calibench_sim::effect_names::family_of;
 use serde::Serialize;
 

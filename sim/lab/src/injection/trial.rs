@@ -1,9 +1,12 @@
 //! One injection: measured, calibrated, diagnosed, and compared with what was injected.
 
-use calibench::assess::{Diagnosis, Examination, Validation, diagnose_examined};
+use calibench::diagnosis::{Diagnosis, Examination, diagnose_examined};
 use calibench::effects::ParameterSpec;
-use calibench::identify::{Calibration, Estimate, IdentifyError, Model, Parameter, Problem, Use, identify};
-use calibench::measure::Dataset;
+use calibench::identify::calibration::{Calibration, Estimate, IdentifyError};
+use calibench::identify::problem::{Parameter, Problem, Use};
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::Validation;
 use calibench::units::{MM, Unit};
 use calibench_sim::effect_names::{family_of, same};
 use nalgebra::{DMatrix, DVector};

@@ -1,7 +1,8 @@
 //! The procedure of the paper's Table 3.
 
 use calibench::cell::{Manipulator, TriCal};
-use calibench::measure::{CenteringController, Centred, Mastering, MasteringSettings, master};
+use calibench::measure::campaign::mastering::{Mastering, MasteringSettings, master};
+use calibench::measure::centring::{CenteringController, Centred};
 use nalgebra::Vector3;
 
 use super::bench::Bench;

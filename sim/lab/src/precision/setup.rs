@@ -1,6 +1,6 @@
 //! The set-up of a precision test: sizes of all its error sources.
 
-use calibench::measure::CentringSettings;
+use calibench::measure::centring::CentringSettings;
 use calibench::units::{MM, MRAD, UM};
 
 use super::{Source, Sources};

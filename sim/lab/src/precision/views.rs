@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
-use calibench::measure::{Attendant, CalledOff};
+use calibench::measure::campaign::mastering::{Attendant, CalledOff};
 use nalgebra::Vector3;
 
 use super::bench::Bench;

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use calibench::measure::{Dataset, Measured, Postures, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::poses::Postures;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

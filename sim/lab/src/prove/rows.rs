@@ -1,7 +1,9 @@
 //! Residuals of the default model on every row of a division, for comparison with other regressors on the same division.
 
-use calibench::identify::{Calibration, IdentifyError, Use};
-use calibench::measure::{Dataset, Measured, Postures};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::poses::Postures;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 

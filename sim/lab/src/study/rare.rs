@@ -4,7 +4,7 @@
 //! random streams in which one size is one sigma up or down. These trials have numbers that no study has.
 
 use calibench::files::with_reasons;
-use calibench::identify::Use;
+use calibench::identify::problem::Use;
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Methods, trial};

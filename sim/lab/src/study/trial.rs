@@ -1,8 +1,9 @@
 //! One trial at one point: the whole procedure, and one row of numbers per method.
 
-use calibench::assess::{Validation, diagnose};
-use calibench::identify::IdentifyError;
-use calibench::measure::CampaignRecord;
+use calibench::diagnosis::diagnose;
+use calibench::identify::calibration::IdentifyError;
+use calibench::measure::campaign::CampaignRecord;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 
 use super::Point;

@@ -1,9 +1,12 @@
 //! The program's advice: the only place where a suite requests it.
 
-use calibench::assess::{Diagnosis, HoldOut, ladder};
-use calibench::effects::{set_aside_by, setting_aside};
-use calibench::identify::{Calibration, Model};
-use calibench::measure::Dataset;
+use calibench::diagnosis::Diagnosis;
+use calibench::effects::catalogue::{set_aside_by, setting_aside};
+use calibench::identify::Model;
+use calibench::identify::calibration::Calibration;
+use calibench::measure::dataset::Dataset;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder;
 use calibench::units::MM;
 
 /// Source of the advice that is followed.

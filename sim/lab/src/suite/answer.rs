@@ -1,6 +1,6 @@
 //! Comparison of a diagnosis with the ground truth.
 
-use calibench::assess::{Diagnosis, Finding, Verdict};
+use calibench::diagnosis::{Diagnosis, Finding, Verdict};
 
 use super::advice::suspects;
 use super::hide::Hidden;

@@ -1,10 +1,15 @@
 //! Tests whether designed measurements separate rivals: robots whose diagnosis is ambiguous or wrong are measured again at
 //! poses chosen in three ways, and diagnosed anew.
 
-use calibench::assess::{Criterion, Designer, Examination, Library, Pool, Rival, Verdict, diagnose_examined};
+use calibench::diagnosis::library::Library;
+use calibench::diagnosis::{Examination, Verdict, diagnose_examined};
 use calibench::effects::{self, Subject};
-use calibench::identify::{IdentifyError, Model};
-use calibench::measure::{Dataset, Measured, Sample, SampleSet};
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::planning::designer::{Criterion, Designer};
+use calibench::planning::forecast::Rival;
+use calibench::planning::pool::Pool;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

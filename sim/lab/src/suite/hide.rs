@@ -1,8 +1,10 @@
 //! Draws the hidden effects of a trial, and disturbs the measurements.
 
-use calibench::assess::Library;
-use calibench::effects::{self, Subject, set_aside_by};
-use calibench::measure::{Dataset, Measured, Noise};
+use calibench::diagnosis::library::Library;
+use calibench::effects;
+use calibench::effects::Subject;
+use calibench::effects::catalogue::set_aside_by;
+use calibench::measure::dataset::{Dataset, Measured, Noise};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -227,7 +229,7 @@ fn put_off(data: &mut Dataset, id: &str, sizes: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use calibench::measure::Sample;
+    use calibench::measure::dataset::Sample;
     use calibench_sim::hidden::UNKNOWN;
     use calibench_sim::random::Streams;
 

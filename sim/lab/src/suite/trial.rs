@@ -1,9 +1,13 @@
 //! One blind trial.
 
-use calibench::assess::{Diagnosis, Examination, Validation, WorkspaceError, diagnose_examined};
+use calibench::diagnosis::{Diagnosis, Examination, diagnose_examined};
 use calibench::files::FileError;
-use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
-use calibench::measure::{Dataset, Measured};
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
+use calibench::measure::dataset::{Dataset, Measured};
+use calibench::prediction::WorkspaceError;
+use calibench::residuals::Validation;
 use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;

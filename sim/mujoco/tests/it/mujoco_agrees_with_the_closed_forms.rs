@@ -5,8 +5,10 @@
 
 use std::path::Path;
 
-use calibench::measure::{CampaignRecord, Phase};
-use calibench::robot::{MdhEntry, Payload, Site};
+use calibench::measure::campaign::CampaignRecord;
+use calibench::measure::centring::Phase;
+use calibench::robot::sites::{MdhEntry, Site};
+use calibench::robot::statics::Payload;
 use calibench::units::{MM, UM};
 use calibench_mujoco::{Machine, MujocoFlaws, MujocoPlant, Scenery, Thing};
 use calibench_sim::contact::{DATUM_RADIUS, FREE_READING, MASTER_READING};

@@ -5,9 +5,14 @@
 
 use std::path::Path;
 
-use calibench::assess::{HoldOut, Validation, Verdict, diagnose, ladder};
-use calibench::identify::{Calibration, Use, identify};
-use calibench::measure::Dataset;
+use calibench::diagnosis::{Verdict, diagnose};
+use calibench::identify::calibration::Calibration;
+use calibench::identify::identify;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::Dataset;
+use calibench::residuals::Validation;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::ladder;
 use calibench::units::MM;
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

@@ -4,8 +4,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use calibench::measure::PlannedPose;
-use calibench::robot::{Pose, Shape, Solid};
+use calibench::measure::poses::PlannedPose;
+use calibench::robot::Pose;
+use calibench::robot::solids::{Shape, Solid};
 use calibench_mujoco::mujoco;
 use calibench_sim::scenario::{Scenario, ball_body, load_scenario};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};

@@ -43,7 +43,7 @@ fn points() -> String {
     for k in 0..60 {
         // Golden-ratio steps spread the joints evenly.
         let q: Vec<f64> = (0..6).map(|j| ((k * (j + 1)) as f64 * 0.618_034).fract() * 2.4 - 1.2).collect();
-        let at = calibench::robot::world_from_tool(&robot, &Default::default(), &tool, &q).translation.vector * 1e3;
+        let at = calibench::robot::kinematics::world_from_tool(&robot, &Default::default(), &tool, &q).translation.vector * 1e3;
         let degrees: Vec<String> = q.iter().map(|q| q.to_degrees().to_string()).collect();
         rows += &format!("s{k},point,{},{},{},{}\n", degrees.join(","), at.x, at.y, at.z);
     }

@@ -1,0 +1,32 @@
+//! Application of a calibration: the joints that bring the tool to a desired pose, and the target to be commanded to the
+//! robot's own controller.
+//!
+//! The controller computes with the nominal model. It is therefore commanded to a *fake* target: the nominal pose at the
+//! joints that bring the identified robot to the desired pose,
+//!
+//! ```text
+//! identified(joints) = desired,    fake = nominal(joints)
+//! ```
+//!
+//! so that its own inverse kinematics leads it to those joints.
+
+mod calibrated_arm;
+mod compensator;
+pub mod conditions;
+mod fake_file;
+mod flange;
+pub mod krl;
+mod nominal_inverse;
+mod own_bodies;
+pub mod programs;
+mod refusal;
+pub mod rigid;
+pub mod targets_file;
+mod task;
+mod uncertainty;
+mod urdf;
+
+pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target, Warnings};
+pub use refusal::Refusal;
+pub use task::{Task, TaskError, WorkFrame};
+pub use uncertainty::Uncertainty;

@@ -1,0 +1,96 @@
+//! A diagnosis, and its repetition without the samples that disagree with all others.
+
+use super::Examination;
+use super::Verdict;
+use super::judgement::judged;
+use super::{Diagnosis, Scatter, all_aside};
+use crate::identify::Model;
+use crate::identify::calibration::IdentifyError;
+use crate::measure::dataset::Dataset;
+use crate::residuals::noise::{Suspect, suspects_of};
+
+/// Finds the effect that `model` is missing, from the rows of set `fit`.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use calibench::diagnosis::{Verdict, diagnose};
+/// use calibench::identify::Model;
+/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
+/// use calibench::units::{UM, URAD};
+///
+/// let robot = Arc::new(built_in("kr6_r700").ok_or("built in")?);
+/// let (base, tool) = (FramePose::default(), FramePose { xyz: [0.06, 0.01, -0.125], rz_ry_rx: [0.0; 3] });
+/// let sample = |k: usize| {
+///     let q: Vec<f64> = (1..=6).map(|i| 3.0 * ((k * i) as f64 * 0.618).fract() - 1.5).collect();
+///     // Joint 1 turns too far by a fixed share of its angle.
+///     let mut truly = q.clone();
+///     truly[0] *= 1.0 + 500.0 * URAD;
+///     let seen = world_from_tool(&robot, &base, &tool, &truly).translation.vector;
+///     let rounded = seen.map(|x| (x / (20.0 * UM)).round() * 20.0 * UM);
+///     Sample::new(format!("p{k}"), q, Measured::Point(rounded))
+/// };
+/// let samples = (0..60).map(sample).collect();
+/// let noise = Noise { point: Some(6.0 * UM), ..Noise::default() };
+/// let data = Dataset { robot: robot.clone(), base, tool, noise, samples, ..Dataset::default() };
+///
+/// let diagnosis = diagnose(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// assert_eq!(diagnosis.verdict, Verdict::Identified);
+/// assert_eq!(diagnosis.set95, ["joint_scale:1"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the data do not fit the model, or do not determine the unknowns.
+pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosis, IdentifyError> {
+    let examination = Examination::new(datasets, model)?;
+    diagnose_examined(datasets, &examination)
+}
+
+/// As [`diagnose`], for an examination.
+///
+/// If single samples disagree with all others, the rest of the diagnosis excludes them: they are set aside as `outlier`
+/// effects, unless too few would remain or an effect explains the data better.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
+    let diagnosis = judged(datasets, examination)?;
+    let suspects = suspects_of(datasets, &examination.problem, &examination.fit);
+    if suspects.is_empty() {
+        return Ok(diagnosis);
+    }
+    let aside = all_aside(&suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
+    // Samples without which the model is not determined cannot be set aside.
+    let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
+    if explains_as_much(examination, &diagnosis, &without, &suspects) {
+        return Ok(diagnosis);
+    }
+    let mut rest = judged(datasets, &without)?;
+    // The finding that sets the worst sample aside comes first, since it is the first step to take.
+    if let Some(worst) = diagnosis.findings.iter().find(|f| f.is_sample()) {
+        rest.findings.insert(0, worst.clone());
+    }
+    Ok(Diagnosis {
+        samples: diagnosis.samples,
+        verdict: Verdict::SuspectSamples,
+        verdict_without_suspects: Some(rest.verdict),
+        fitted: diagnosis.fitted,
+        scatter: Scatter { suspects, ..rest.scatter },
+        ..rest
+    })
+}
+
+/// True if the first effect found without regard to the suspects explains the data better than setting them aside does
+/// (Bayesian information criterion): the suspects are then no accidents.
+fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
+    let named = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.is_sample());
+    let Some(first) = named else { return false };
+    let n = examination.fit.dof as f64;
+    let cost = |squares: f64, coefficients: usize| n * squares.max(f64::MIN_POSITIVE).ln() + coefficients as f64 * n.ln();
+    let chi2 = examination.fit.chi2;
+    let with_effect = cost(chi2 * (1.0 - first.hypothesis.explains), first.hypothesis.coefficients);
+    with_effect < cost(without.fit.chi2, 3 * suspects.len())
+}

@@ -1,0 +1,103 @@
+//! The fitted problem, extended by the parameters of every candidate.
+
+use nalgebra::DMatrix;
+
+use super::super::library::Library;
+use crate::identify::Model;
+use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::Fit;
+use crate::identify::problem::{Problem, Use};
+use crate::measure::dataset::Dataset;
+
+/// Columns of one candidate: its parameters in plausible sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Span {
+    pub first: usize,
+    pub count: usize,
+}
+
+impl Span {
+    pub fn range(self) -> std::ops::Range<usize> {
+        self.first..self.first + self.count
+    }
+}
+
+/// A parameter of a candidate effect.
+#[derive(Debug, Clone)]
+pub(crate) struct Column {
+    /// Index of the parameter in the wide problem.
+    pub parameter: usize,
+    /// Plausible size, SI.
+    pub plausible: f64,
+}
+
+/// The extended problem, and the columns of fit and candidates in it.
+pub(super) struct Wide {
+    pub problem: Problem,
+    /// Values of its parameters, SI: those of the fit, and zero for the candidates.
+    pub values: Vec<f64>,
+    /// Its parameters that the fit estimated.
+    pub fitted: Vec<usize>,
+    /// Columns of all candidates.
+    pub columns: Vec<Column>,
+    /// Columns of each candidate.
+    pub spans: Vec<Span>,
+}
+
+impl Wide {
+    pub fn of(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        (narrow, fit): (&Problem, &Fit),
+        library: &Library,
+    ) -> Result<Self, IdentifyError> {
+        let mut wide_model = model.clone();
+        wide_model.effects.extend(library.candidates.iter().map(|c| c.id.clone()));
+        let mut problem = Problem::new(datasets, &wide_model, Use::Fit)?;
+        let mut values = problem.start();
+        let of_name = |name: &str| problem.parameters().iter().position(|p| p.name == name);
+        let mut fitted = Vec::with_capacity(fit.kept.len());
+        for (p, parameter) in narrow.parameters().iter().enumerate() {
+            let Some(place) = of_name(&parameter.name) else { continue };
+            values[place] = fit.values[p];
+            if fit.kept.binary_search(&p).is_ok() {
+                fitted.push(place);
+            }
+        }
+        problem.update_loads(&values);
+        let mut columns = Vec::new();
+        let mut spans = Vec::with_capacity(library.candidates.len());
+        for candidate in &library.candidates {
+            let first = columns.len();
+            let parameters = problem.parameters().iter().enumerate().filter(|(_, p)| p.effect == candidate.id);
+            columns.extend(parameters.map(|(k, p)| Column { parameter: k, plausible: p.spec.prior }));
+            spans.push(Span { first, count: columns.len() - first });
+        }
+        Ok(Wide { problem, values, fitted, columns, spans })
+    }
+
+    /// Whitened columns of the fitted parameters (SI) and of the candidates (plausible sizes), then the residuals;
+    /// transposed.
+    pub fn rows(&self) -> DMatrix<f64> {
+        let Wide { problem, values, fitted, columns, .. } = self;
+        // A certified ball is both fitted and a candidate: its columns are computed once and copied.
+        let mut parameters: Vec<usize> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).collect();
+        parameters.sort_unstable();
+        parameters.dedup();
+        let all = problem.whitened(values, &parameters);
+        let place = |p: usize| parameters.binary_search(&p).unwrap_or_else(|_| unreachable!("listed above"));
+        let sources: Vec<(usize, f64)> = fitted
+            .iter()
+            .map(|&p| (place(p), 1.0))
+            .chain(columns.iter().map(|c| (place(c.parameter), c.plausible)))
+            .chain([(parameters.len(), 1.0)])
+            .collect();
+        let mut rows = DMatrix::zeros(sources.len(), all.ncols());
+        for (mut to, from) in rows.column_iter_mut().zip(all.column_iter()) {
+            for (x, (source, scale)) in to.iter_mut().zip(&sources) {
+                *x = from[*source] * scale;
+            }
+        }
+        rows
+    }
+}

@@ -1,0 +1,360 @@
+//! Search for errors beyond the library: any smooth error of one joint as a function of one variable.
+//!
+//! For every joint and variable, `theta_J += f(v)`, where f is a Gaussian process with squared-exponential covariance
+//! on u in [-1, 1] (the range of v in the data), expanded in sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
+
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::background::Background;
+use super::evidence::{Seen, ln_mean_exp};
+use super::examination::Examination;
+use super::sweep::{self, Sweep};
+use crate::effects::own::{OwnEffect, OwnTerm};
+use crate::identify::Model;
+use crate::identify::fit::FitError;
+use crate::robot::{JointKind, Robot};
+use crate::units::{MM, URAD, Unit};
+
+/// Length scales on [-1, 1], and the number of terms for each.
+const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
+
+/// Plausible amplitude of a joint error as a function of any variable, rad.
+const AMPLITUDE: f64 = 60.0 * URAD;
+
+/// Amplitudes tested, in units of the plausible amplitude.
+const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// Half the length of the interval of the series; the data lie in [-1, 1].
+const HALF_LENGTH: f64 = 1.5;
+
+/// Odds against the background from which a cell is credible.
+const CREDIBLE_ODDS: f64 = 20.0;
+
+/// Terms with a plausible size below this share of the largest are dropped.
+const LEAST_TERM: f64 = 1e-3;
+
+/// Number of points of a drawn curve.
+const DRAWN: usize = 41;
+
+/// A variable on which a joint's error may depend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    /// Angle of a joint, counted from 0.
+    Angle(usize),
+    /// Position of a prismatic joint, counted from 0.
+    Slide(usize),
+    /// Sum of the angles of joints 2 and 3: the inclination of the forearm if axes 2 and 3 are parallel.
+    Forearm,
+    /// Moment of the load about a joint, counted from 0.
+    Torque(usize),
+    /// Time since the session began.
+    Time,
+}
+
+impl Variable {
+    /// Notation in user-defined effects: `q1`, `(q2 + q3)`, `tau2`, `time_s`.
+    pub fn expression(self) -> String {
+        match self {
+            Variable::Angle(j) | Variable::Slide(j) => format!("q{}", j + 1),
+            Variable::Forearm => "(q2 + q3)".into(),
+            Variable::Torque(j) => format!("tau{}", j + 1),
+            Variable::Time => "time_s".into(),
+        }
+    }
+
+    /// Parses a variable of a robot; `q2+q3` and `q2 + q3` are equivalent.
+    pub fn parse(text: &str, robot: &Robot) -> Option<Self> {
+        let joints = robot.joints();
+        let plain: String = text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
+        let joint = |digits: &str| digits.parse::<usize>().ok().filter(|j| (1..=joints).contains(j)).map(|j| j - 1);
+        match plain.as_str() {
+            "time_s" => Some(Variable::Time),
+            "q2+q3" => Some(Variable::Forearm),
+            other => match other.strip_prefix("tau") {
+                Some(digits) => joint(digits).map(Variable::Torque),
+                None => joint(other.strip_prefix('q')?).map(|j| Variable::of_joint(robot, j)),
+            },
+        }
+    }
+
+    /// Position of joint `j`, counted from 0.
+    fn of_joint(robot: &Robot, j: usize) -> Self {
+        match robot.kind(j) {
+            JointKind::Revolute => Variable::Angle(j),
+            JointKind::Prismatic => Variable::Slide(j),
+        }
+    }
+
+    /// Notation in the id of a curve, without spaces or parentheses: `q1`, `q2+q3`, `tau2`, `time_s`.
+    pub fn name(self) -> String {
+        self.expression().chars().filter(|c| !" ()".contains(*c)).collect()
+    }
+
+    /// Unit in which it is shown, and its SI value.
+    pub fn unit(self) -> (&'static str, f64) {
+        match self {
+            Variable::Angle(_) | Variable::Forearm => ("deg", crate::units::DEG),
+            Variable::Slide(_) => ("mm", MM),
+            Variable::Torque(_) => ("N·m", 1.0),
+            Variable::Time => ("s", 1.0),
+        }
+    }
+}
+
+/// Evidence that the error of a joint is a function of a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// The variable on which its error may depend.
+    pub variable: Variable,
+    /// Log evidence vs. noise alone.
+    pub ln_evidence: f64,
+    /// Log evidence vs. background.
+    pub ln_evidence_against_background: f64,
+    /// Share of the remaining sum of squares that the curve explains.
+    pub explains: f64,
+}
+
+/// The error of a joint as a function of a variable, with its uncertainty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// The variable.
+    pub variable: Variable,
+    /// Values of the variable, SI.
+    pub at: Vec<f64>,
+    /// The error about its mean, rad, without the part that the fitted model absorbs.
+    pub mean: Vec<f64>,
+    /// Its one-sigma, rad.
+    pub sigma: Vec<f64>,
+    /// The curve as terms of a user-defined effect: expressions with coefficients in rad, and the plausible size of
+    /// each.
+    pub terms: Vec<(String, f64)>,
+}
+
+/// All cells, and the curve of the best one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HeatMap {
+    /// One entry per joint and variable; variables that do not vary in the data are omitted.
+    pub cells: Vec<Cell>,
+    /// Index of the cell with the highest evidence against the background.
+    pub best: Option<usize>,
+    /// Curve of the best cell.
+    pub curve: Option<Curve>,
+}
+
+/// A variable in the data, scaled to [-1, 1].
+struct Scaled {
+    variable: Variable,
+    centre: f64,
+    half_range: f64,
+    u: Vec<f64>,
+}
+
+impl Scaled {
+    fn new(variable: Variable, values: Option<Vec<f64>>) -> Option<Self> {
+        let values = values?;
+        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (centre, half_range) = ((low + high) / 2.0, (high - low) / 2.0);
+        // A variable that varies only by rounding has no shape.
+        (half_range > 1e-6 * centre.abs().max(1e-3)).then(|| Scaled {
+            variable,
+            centre,
+            half_range,
+            u: values.iter().map(|v| (v - centre) / half_range).collect(),
+        })
+    }
+}
+
+fn frequency(m: usize) -> f64 {
+    (m + 1) as f64 * PI / (2.0 * HALF_LENGTH)
+}
+
+/// Root of the spectral density at term `m`.
+fn weight(m: usize, length: f64) -> f64 {
+    ((2.0 * PI).sqrt() * length * (-(length * frequency(m)).powi(2) / 2.0).exp()).sqrt()
+}
+
+fn term(m: usize, length: f64, u: f64) -> f64 {
+    weight(m, length) * (frequency(m) * (u + HALF_LENGTH)).sin() / HALF_LENGTH.sqrt()
+}
+
+impl HeatMap {
+    /// Tests every joint and variable on the residual of the fit.
+    pub(crate) fn new(examination: &Examination, background: &Background) -> Self {
+        let variables = variables(examination);
+        let robot = examination.problem.robot();
+        let turning: Vec<usize> = (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute).collect();
+        let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
+        let samples = examination.circumstances.len();
+        let mut features = DMatrix::zeros(samples, variables.len() * terms);
+        for (v, scaled) in variables.iter().enumerate() {
+            let mut b = v * terms;
+            for (length, count) in SCALES {
+                for m in 0..count {
+                    for (i, &u) in scaled.u.iter().enumerate() {
+                        features[(i, b)] = term(m, length, u);
+                    }
+                    b += 1;
+                }
+            }
+        }
+        let of_joint = |j: usize| {
+            let sweep =
+                Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Borrowed(&features));
+            let of_variable = |(v, scaled): (usize, &Scaled)| {
+                let mut first = v * terms;
+                let mut found = [Vec::new(), Vec::new()];
+                let mut explains = 0.0_f64;
+                for (_, count) in SCALES {
+                    let block = sweep.block(first, count, AMPLITUDE);
+                    let [plain, aware] = block.ln_evidence(examination, background, &SIZES);
+                    found[0].push(plain);
+                    found[1].push(aware);
+                    explains = explains.max(Seen::new(block.k, &block.z).explained().0 / examination.remainder.squares);
+                    first += count;
+                }
+                Cell {
+                    joint: j,
+                    variable: scaled.variable,
+                    ln_evidence: ln_mean_exp(&found[0]),
+                    ln_evidence_against_background: ln_mean_exp(&found[1]),
+                    explains,
+                }
+            };
+            variables.iter().enumerate().map(of_variable).collect::<Vec<Cell>>()
+        };
+        let cells: Vec<Cell> = turning.into_par_iter().map(of_joint).collect::<Vec<_>>().into_iter().flatten().collect();
+        let aware = |k: &usize| cells[*k].ln_evidence_against_background;
+        let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
+        let curve = best.and_then(|k| {
+            let scaled = variables.iter().find(|s| s.variable == cells[k].variable)?;
+            Some(curve(examination, background, cells[k].joint, scaled))
+        });
+        HeatMap { cells, best, curve }
+    }
+
+    /// The best cell.
+    pub fn best_cell(&self) -> Option<&Cell> {
+        self.best.map(|k| &self.cells[k])
+    }
+
+    /// The best cell of every joint whose evidence exceeds that of the background twentyfold, best first.
+    pub fn credible(&self) -> Vec<&Cell> {
+        let mut cells: Vec<&Cell> =
+            self.cells.iter().filter(|c| c.ln_evidence_against_background > CREDIBLE_ODDS.ln()).collect();
+        cells.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
+        let mut joints = std::collections::BTreeSet::new();
+        cells.retain(|c| joints.insert(c.joint));
+        cells
+    }
+
+    /// Log of the mean evidence of all cells over that of the background: one hypothesis, that any joint depends on any
+    /// variable.
+    pub(crate) fn ln_evidence_against_background(&self) -> f64 {
+        ln_mean_exp(&self.cells.iter().map(|c| c.ln_evidence_against_background).collect::<Vec<_>>())
+    }
+}
+
+impl Curve {
+    /// Computes the curve of any cell; `joint` counts from 0. `None` if the variable does not vary in the data.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
+        let Some(scaled) = variables(examination).into_iter().find(|s| s.variable == variable) else { return Ok(None) };
+        let background = Background::new(examination)?;
+        Ok(Some(curve(examination, &background, joint, &scaled)))
+    }
+
+    /// Name of the curve as a user-defined effect: `curve_3_tau2`.
+    pub fn effect_name(&self) -> String {
+        format!("curve_{}_{}", self.joint + 1, self.variable.name().replace('+', "_"))
+    }
+
+    /// Returns the model with the curve added as a user-defined effect, with a prior of the size estimated from the
+    /// data.
+    pub fn added_to(&self, model: &Model) -> Model {
+        let plausible = self.terms.iter().map(|t| t.1).fold(f64::MIN_POSITIVE, f64::max);
+        let terms = self.terms.iter().filter(|(_, size)| *size > LEAST_TERM * plausible).map(|(basis, size)| OwnTerm {
+            site: format!("theta:{}", self.joint + 1),
+            // The ratio of the term's plausible size to the common one.
+            basis: format!("{:.6} * {basis}", size / plausible),
+            group: None,
+        });
+        let name = self.effect_name();
+        let effect = OwnEffect { name: name.clone(), unit: Unit::URAD, plausible, terms: terms.collect() };
+        let mut with = model.with(&name);
+        with.own.retain(|o| o.name != name);
+        with.own.push(effect);
+        with.width.insert(name, 1.0);
+        with
+    }
+}
+
+fn variables(examination: &Examination) -> Vec<Scaled> {
+    let circumstances = &examination.circumstances;
+    let robot = examination.problem.robot();
+    let joints = robot.joints();
+    let angle = |j: usize| Some(circumstances.iter().map(|c| c.q[j]).collect());
+    let turns = |j: &usize| robot.kind(*j) == JointKind::Revolute;
+    let parallel = joints > 2 && [1, 2].iter().all(turns) && robot.links[2].mdh.alpha.sin().abs() < 1e-3;
+    let mut all: Vec<(Variable, Option<Vec<f64>>)> = (0..joints).map(|j| (Variable::of_joint(robot, j), angle(j))).collect();
+    if parallel {
+        all.push((Variable::Forearm, Some(circumstances.iter().map(|c| c.q[1] + c.q[2]).collect())));
+    }
+    if robot.has_masses() {
+        let torque = |j: usize| Some(circumstances.iter().map(|c| c.tau[j]).collect());
+        all.extend((0..joints).filter(turns).map(|j| (Variable::Torque(j), torque(j))));
+    }
+    all.push((Variable::Time, circumstances.iter().map(|c| c.time_s).collect()));
+    all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()
+}
+
+/// Posterior curve at the length scale with the higher evidence, with the most credible amplitude.
+fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Curve {
+    let samples = scaled.u.len();
+    let candidates = SCALES.map(|(length, count)| {
+        let features = DMatrix::from_fn(samples, count, |i, m| term(m, length, scaled.u[i]));
+        let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, joint), Cow::Owned(features));
+        let block = sweep.block(0, count, AMPLITUDE);
+        let seen = Seen::new(block.k.clone(), &block.z);
+        let of_size = SIZES.map(|s| (s, seen.ln_evidence(&examination.remainder, &[s])));
+        let (size, ln_evidence) = of_size.into_iter().fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
+        (ln_evidence, length, count, size, block)
+    });
+    let [first, second] = candidates;
+    let (_, length, count, size, block) = if first.0 >= second.0 { first } else { second };
+    let remainder = &examination.remainder;
+    let explained = Seen::new(block.k.clone(), &block.z).explained().0;
+    let noise = ((remainder.squares - explained) / remainder.dof).max(f64::MIN_POSITIVE);
+    let precision = &block.k / noise + DMatrix::identity(count, count) / (size * size);
+    let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+    let mean: DVector<f64> = &covariance * &block.z / noise;
+    let variable = scaled.variable;
+    let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
+    let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+    // The mean is equivalent to the joint's zero offset, which every fit absorbs.
+    let level = (0..DRAWN).fold(DVector::zeros(count), |sum, k| sum + drawn(along(k))) / DRAWN as f64;
+    for k in 0..DRAWN {
+        let u = along(k);
+        let features = drawn(u) - &level;
+        curve.at.push(scaled.centre + u * scaled.half_range);
+        curve.mean.push(features.dot(&mean));
+        curve.sigma.push((&covariance * &features).dot(&features).max(0.0).sqrt());
+    }
+    for m in 0..count {
+        let slope = frequency(m) / scaled.half_range;
+        let phase = frequency(m) * (HALF_LENGTH - scaled.centre / scaled.half_range);
+        let expression = format!("sin({slope:?} * {} + ({phase:?}))", scaled.variable.expression());
+        curve.terms.push((expression, size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt()));
+    }
+    curve
+}

@@ -1,0 +1,376 @@
+//! Judgement of the evidence: the verdict of a diagnosis.
+
+use super::CurveFamily;
+use super::Examination;
+use super::Relevance;
+use super::Verdict;
+use super::background::Background;
+use super::evidence::{ln_mean_exp, ln_sum_exp};
+use super::explanation::Explanation;
+use super::findings::{Freely, contributions, findings};
+use super::heat_map::HeatMap;
+use super::hypotheses::{Hypothesis, hypotheses};
+use super::library::{Candidate, Untestable};
+use super::{Diagnosis, Explained, Finding, Scatter};
+use crate::effects::EffectId;
+use crate::identify::calibration::IdentifyError;
+use crate::measure::dataset::Dataset;
+use crate::residuals::noise_floor::chi2_chance;
+use crate::residuals::{noise_left, unexplained};
+
+/// An effect is missing if the probability that none is missing is below this; noise alone causes that in less than one
+/// case of a hundred.
+const NOTHING: f64 = 0.05;
+
+/// Probability of the credible set.
+const CREDIBLE: f64 = 0.95;
+
+/// Level at which the residual contradicts the noise.
+const LACK_OF_FIT: f64 = 1e-3;
+
+/// A curve of any shape is preferred to the library if its odds against the background and against the library exceed
+/// the first number, and the most credible effect explains less than the second number as a share of what the curve
+/// explains: a slightly different shape is not a new effect.
+const CURVE_ODDS: f64 = 20.0;
+const CURVE_IS_NEW: f64 = 0.85;
+
+/// An effect is all that is missing if no more than this remains: the whitened sum of squares per degree of freedom
+/// with the effect included or, if the noise is unknown, the size of the background in plausible sizes.
+const ORDINARY_CHI2: f64 = 1.5;
+const ORDINARY_SIZE: f64 = 0.8;
+
+/// An effect that does not stand out of the background is named if it explains this share of the remaining sum of
+/// squares.
+const MAIN_SHARE: f64 = 0.5;
+
+/// The background is present if the data are this many times likelier with it.
+const BACKGROUND_ODDS: f64 = 20.0;
+
+/// A user-defined effect is implausible beyond this many plausible sizes.
+const BELIEVABLE: f64 = 30.0;
+
+/// Number of hypotheses examined closely: this many, or up to twice as many if the credible set is larger, by evidence
+/// against the background, and this many of the others by evidence against noise alone.
+const SHORTLIST: usize = 8;
+
+/// True if the data allow a candidate to lie in the linear range of its family; for a user-defined effect, within
+/// [`BELIEVABLE`].
+fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
+    let freely = Freely::of(close, candidate);
+    let Some(family) = close.model.family(effect) else { return freely.least_size() <= BELIEVABLE };
+    close.spans[candidate].range().enumerate().all(|(i, column)| {
+        let column = &close.columns[column];
+        let spec = &close.wide.parameters()[column.parameter].spec;
+        family.linear_range.holds(spec, freely.least[i] * column.plausible)
+    })
+}
+
+/// Hypotheses examined closely, as the candidates of an examination.
+struct Shortlist {
+    close: Examination,
+    hypotheses: Vec<Hypothesis>,
+    believable: Vec<bool>,
+}
+
+impl Shortlist {
+    /// Selects from `all`, which is sorted with the most credible first.
+    fn of(datasets: &[(&str, &Dataset)], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
+        let set = credible(all).clamp(SHORTLIST, 2 * SHORTLIST).min(all.len());
+        let mut places: Vec<usize> = (0..set).collect();
+        let mut plain: Vec<usize> = (0..all.len()).collect();
+        plain.sort_by(|&a, &b| all[b].ln_evidence.total_cmp(&all[a].ln_evidence).then(a.cmp(&b)));
+        places.extend(plain.into_iter().filter(|k| *k >= set).take(SHORTLIST));
+        let hypotheses: Vec<Hypothesis> = places.into_iter().map(|k| all[k].clone()).collect();
+        let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
+        let close = examination.beside(datasets, candidates.collect())?;
+        let is_sample = |h: &Hypothesis| EffectId::new(&h.effect).family() == "outlier";
+        let believable =
+            hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
+        Ok(Shortlist { close, hypotheses, believable })
+    }
+
+    /// The hypothesis with this id, either in a model or in the catalogue.
+    fn named(&self, effect: &str) -> Option<&Hypothesis> {
+        self.hypotheses.iter().find(|h| h.in_model == effect || h.effect == effect)
+    }
+
+    /// Hypotheses of implausible size, with their indices.
+    fn unbelievable(&self) -> impl Iterator<Item = (usize, &Hypothesis)> {
+        self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
+    }
+
+    /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
+    /// out at any size.
+    fn surely_unbelievable(&self, datasets: &[(&str, &Dataset)], tests: usize) -> Vec<(String, f64)> {
+        let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
+        let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
+        let told = self.unbelievable().filter(|(_, h)| is_sure(h));
+        told.map(|(k, h)| (h.in_model.clone(), Freely::of(&self.close, k).size())).collect()
+    }
+}
+
+/// Number of hypotheses in the credible set; `all` is sorted with the most credible first.
+fn credible(all: &[Hypothesis]) -> usize {
+    let ln_all = ln_sum_exp(all.iter().map(|h| h.ln_evidence_against_background));
+    let (mut set, mut mass) = (0, 0.0);
+    while mass < CREDIBLE && set < all.len() {
+        mass += (all[set].ln_evidence_against_background - ln_all).exp();
+        set += 1;
+    }
+    set
+}
+
+/// Evidence from the data, before it is judged.
+struct Evidence<'a> {
+    datasets: &'a [(&'a str, &'a Dataset)],
+    examination: &'a Examination,
+    background: Background,
+    heat_map: HeatMap,
+    curve_family: Option<CurveFamily>,
+    relevance: Relevance,
+    scatter: Scatter,
+    untestable: Vec<Untestable>,
+    /// Number of hypotheses tested, those of implausible size included.
+    tests: usize,
+    /// Hypotheses without those of implausible size on the first shortlist, the most credible first.
+    hypotheses: Vec<Hypothesis>,
+    /// Number of them in the credible set.
+    set: usize,
+    list: Shortlist,
+    unbelievable: Vec<(String, f64)>,
+    together: Explanation,
+    /// Logarithm of the mean evidence of a hypothesis against the background, and of the evidence of all cases
+    /// together, the background alone included.
+    ln_mean: f64,
+    ln_whole: f64,
+}
+
+impl<'a> Evidence<'a> {
+    fn new(datasets: &'a [(&'a str, &'a Dataset)], examination: &'a Examination) -> Result<Self, IdentifyError> {
+        let background = Background::new(examination)?;
+        let (mut all, mut untestable) = hypotheses(examination, &background);
+        untestable.splice(0..0, examination.library.untestable.iter().cloned());
+        let heat_map = HeatMap::new(examination, &background);
+        let relevance = Relevance::beside(examination, &background)?;
+        let tests = all.len().max(1);
+        all.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
+        let mut list = Shortlist::of(datasets, examination, &all)?;
+        let mut unbelievable = Vec::new();
+        if list.unbelievable().next().is_some() {
+            unbelievable = list.surely_unbelievable(datasets, tests);
+            all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
+            list = Shortlist::of(datasets, examination, &all)?;
+        }
+        let aware = all.iter().map(|h| h.ln_evidence_against_background);
+        let ln_mean = if all.is_empty() { f64::NEG_INFINITY } else { ln_sum_exp(aware) - (tests as f64).ln() };
+        Ok(Evidence {
+            datasets,
+            examination,
+            background,
+            curve_family: heat_map.curve.as_ref().and_then(CurveFamily::of),
+            heat_map,
+            relevance,
+            scatter: Scatter::of(datasets, examination),
+            untestable,
+            tests,
+            set: credible(&all),
+            hypotheses: all,
+            together: Explanation::of(&list.close, &list.believable, tests),
+            list,
+            unbelievable,
+            ln_mean,
+            ln_whole: ln_sum_exp([0.0, ln_mean].into_iter()),
+        })
+    }
+
+    /// The most credible hypothesis.
+    fn best(&self) -> Option<&Hypothesis> {
+        self.hypotheses.first()
+    }
+
+    /// The effect that explains most in the joint explanation.
+    fn main(&self) -> Option<&Hypothesis> {
+        self.together.members.first().map(|&k| &self.list.hypotheses[k])
+    }
+
+    /// Probability that nothing is missing beyond the background.
+    fn nothing(&self) -> f64 {
+        (-self.ln_whole).exp()
+    }
+
+    /// Probability that this effect is the missing one, among all those tested and the case that nothing is missing.
+    fn probability(&self, h: &Hypothesis) -> f64 {
+        (h.ln_evidence_against_background - (self.tests as f64).ln() - self.ln_whole).exp()
+    }
+
+    /// True if the residual contradicts the noise, whether stated or known from replicates.
+    fn lack_of_fit(&self) -> bool {
+        self.scatter.lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT)
+    }
+
+    /// True if a curve of any shape is preferred to the library.
+    fn curve_wins(&self) -> bool {
+        let ln_curve = self.heat_map.ln_evidence_against_background();
+        let curve_takes = self.heat_map.best_cell().map_or(0.0, |c| c.explains);
+        ln_curve > CURVE_ODDS.ln()
+            && ln_curve - self.ln_mean > CURVE_ODDS.ln()
+            && self.best().map_or(0.0, |h| h.explains) < CURVE_IS_NEW * curve_takes
+    }
+
+    /// True if an effect leaves no more than noise or, if the noise is unknown, if the background is ordinary.
+    fn is_all(&self, h: &Hypothesis) -> bool {
+        let explained = h.explains * self.examination.remainder.squares;
+        match self.examination.chi2_per_dof_with(explained, h.coefficients) {
+            Some(chi2) => chi2 <= ORDINARY_CHI2,
+            None => self.background.size() <= ORDINARY_SIZE,
+        }
+    }
+
+    fn is_main(&self, h: &Hypothesis) -> bool {
+        h.explains >= MAIN_SHARE
+    }
+
+    /// The verdict, and the effect to be named first.
+    fn verdict(&self) -> (Verdict, Option<&Hypothesis>) {
+        let main = self.main().filter(|h| self.is_main(h));
+        if self.curve_wins() {
+            let family = self.curve_family.as_ref().and_then(|f| self.list.named(&f.effect));
+            return match family.or(main) {
+                Some(first) => (Verdict::Partly, Some(first)),
+                None => (Verdict::Unexplained, self.best()),
+            };
+        }
+        if self.nothing() < NOTHING
+            && let Some(best) = self.best()
+        {
+            return match (self.is_all(best), self.set) {
+                (true, 1) => (Verdict::Identified, Some(best)),
+                (true, _) => (Verdict::Indistinguishable, Some(best)),
+                (false, _) => (Verdict::Partly, self.main().or(Some(best))),
+            };
+        }
+        if !self.lack_of_fit() {
+            return (Verdict::NothingLeft, self.best());
+        }
+        match main {
+            _ if !self.is_structured() => (Verdict::NoiseLargerThanStated, self.best()),
+            Some(main) => (Verdict::Partly, Some(main)),
+            None => (Verdict::Unexplained, self.best()),
+        }
+    }
+
+    /// True if the remainder looks like errors of a robot rather than noise.
+    fn is_structured(&self) -> bool {
+        let [none, sizes @ ..] = &self.background.ln_evidence[..] else { return false };
+        ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
+    }
+
+    /// Effects of the credible set, including the one to be named first; empty if the verdict names no effects.
+    fn set95(&self, verdict: Verdict, first: Option<&Hypothesis>) -> Vec<String> {
+        let mut set95: Vec<String> = Vec::new();
+        if verdict.names_effects() {
+            set95.extend(self.hypotheses[..self.set].iter().map(|h| h.effect.clone()));
+            if let Some(first) = first.filter(|f| !set95.contains(&f.effect)) {
+                set95.insert(0, first.effect.clone());
+            }
+        }
+        set95
+    }
+
+    /// Part of the rms due to noise, m; if the noise is unknown, the part that remains once `coefficients` parameters
+    /// have explained `explained` of the sum of squares.
+    fn noise(&self, explained: f64, coefficients: usize) -> f64 {
+        let (examination, fit) = (self.examination, &self.examination.fit);
+        let unit = self.scatter.unit().unwrap_or_else(|| {
+            let share = 1.0 - explained / examination.remainder.squares;
+            fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
+        });
+        // Whitened squares weight each sample by its own noise, so the result could exceed the unweighted rms.
+        let noise = (examination.mean_variance() * unit).sqrt();
+        noise_left(noise, fit.dof as f64, examination.problem.row_count()).min(fit.rms)
+    }
+
+    /// Effects of the joint explanation with their shares, and the share that they explain together.
+    fn explained_together(&self) -> (Vec<Explained>, f64) {
+        let share = |squares: f64| (squares / self.examination.remainder.squares).clamp(0.0, 1.0);
+        let name = |k: usize| self.list.hypotheses[k].in_model.clone();
+        let members = self.together.members.iter().zip(&self.together.takes);
+        let explained = members.map(|(&k, &takes)| Explained { effect: name(k), share: share(takes) });
+        (explained.collect(), share(self.together.together))
+    }
+
+    /// Findings for the shortlist, with the one to be named first at the front.
+    fn findings(&self, first: Option<&Hypothesis>) -> Vec<Finding> {
+        let probability = |h: &Hypothesis| self.probability(h);
+        let mut findings = findings(self.datasets, &self.list.close, &self.list.hypotheses, self.tests, probability);
+        put_first(&mut findings, first);
+        findings
+    }
+
+    /// The diagnosis with all samples, suspects included.
+    fn diagnosis(mut self) -> Diagnosis {
+        let (examination, fit) = (self.examination, &self.examination.fit);
+        let (verdict, first) = self.verdict();
+        let first = first.cloned();
+        if verdict == Verdict::NoiseLargerThanStated {
+            let larger = self.scatter.larger_than_stated.or_else(|| white(examination, &self.relevance));
+            self.scatter.larger_than_stated = larger;
+        }
+        let squares = examination.remainder.squares;
+        let (explained, coefficients) = first.as_ref().map_or((0.0, 0), |h| (h.explains * squares, h.coefficients));
+        let noise = self.noise(explained, coefficients);
+        let relative = self.scatter.noise.level.map_or(1.0, |l| l.relative);
+        let (together, together_explain) = self.explained_together();
+        Diagnosis {
+            samples: examination.problem.sample_count(),
+            residuals: examination.problem.row_count(),
+            dof: fit.dof,
+            rms: fit.rms,
+            noise,
+            unexplained: unexplained(fit.rms, noise),
+            chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64 / relative.powi(2),
+            lack_of_fit_p: self.scatter.lack_of_fit_p,
+            verdict,
+            verdict_without_suspects: None,
+            outcome: fit.outcome,
+            set95: self.set95(verdict, first.as_ref()),
+            explains: first.as_ref().map(|h| h.explains),
+            chi2_per_dof_with_it: examination.chi2_per_dof_with(explained, coefficients),
+            together,
+            together_explain,
+            nothing: self.nothing(),
+            background: self.background.size(),
+            findings: self.findings(first.as_ref()),
+            contributions: contributions(examination, &self.relevance),
+            fitted: examination.model.effects.clone(),
+            unbelievable: self.unbelievable,
+            curve_family: self.curve_family,
+            scatter: self.scatter,
+            relevance: self.relevance,
+            heat_map: self.heat_map,
+            untestable: self.untestable,
+        }
+    }
+}
+
+/// Diagnosis of an examination, without setting any suspects aside.
+pub(crate) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
+    Ok(Evidence::new(datasets, examination)?.diagnosis())
+}
+
+/// Moves the finding to be named first to the front.
+fn put_first(findings: &mut [Finding], first: Option<&Hypothesis>) {
+    if let Some(place) = first.and_then(|h| findings.iter().position(|f| f.hypothesis.in_model == h.in_model)) {
+        findings[..=place].rotate_right(1);
+    }
+}
+
+/// Factor by which the part of the remainder that the library does not explain exceeds the stated noise; `None` unless
+/// significant at 1e-3.
+fn white(examination: &Examination, relevance: &Relevance) -> Option<f64> {
+    let product = &examination.gram * &relevance.root;
+    let effective = product.component_mul(&relevance.root).sum() / relevance.noise.max(f64::MIN_POSITIVE);
+    let dof = (examination.remainder.dof - effective).max(1.0);
+    let p = chi2_chance(relevance.noise * dof, dof).unwrap_or(1.0);
+    (p < LACK_OF_FIT && relevance.noise > 1.0).then(|| relevance.noise.sqrt())
+}

@@ -1,0 +1,158 @@
+//! The candidates: every effect of the catalogue and of the user that is not in the fitted model and that the data can
+//! test.
+
+use crate::effects;
+use crate::effects::facts::{Offered, Role};
+use crate::effects::family::{Family, Scan};
+use crate::effects::{Effect, EffectId};
+use crate::identify::Model;
+use crate::identify::problem::{Use, missing};
+use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::robot::Robot;
+
+/// An effect of fixed shape that may be missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Its id.
+    pub id: String,
+    /// Its family, the id up to the first colon.
+    pub family: String,
+}
+
+impl Candidate {
+    /// The candidate with this id.
+    pub fn new(id: String) -> Self {
+        Candidate { family: EffectId::new(&id).family().to_owned(), id }
+    }
+}
+
+/// An effect that these data cannot test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Untestable {
+    /// Its id.
+    pub effect: String,
+    /// The data that are missing.
+    pub needs: &'static str,
+}
+
+/// Effects that a model of these data may be missing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Library {
+    /// Testable effects, in the order of the catalogue.
+    pub candidates: Vec<Candidate>,
+    /// Effects that cannot be tested, with the reason.
+    pub untestable: Vec<Untestable>,
+    /// Names of the balls, if all datasets have the same artifact; otherwise empty.
+    pub balls: Vec<String>,
+    /// True if anything other than balls is measured.
+    pub other_targets: bool,
+}
+
+impl Library {
+    /// Lists the candidates for one robot measured in `datasets`, except those that `model` contains.
+    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Self {
+        let mut library = Library::default();
+        let Some((_, first)) = datasets.first() else { return library };
+        let balls = first.ball_ids();
+        library.balls = if datasets.iter().all(|(_, d)| d.ball_ids() == balls) { balls.clone() } else { Vec::new() };
+        library.other_targets = fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. }));
+        let subject = model.subject(&first.robot, &balls);
+        let not_in = |f: &&Family| !model.effects.iter().any(|e| EffectId::new(e).family() == f.id);
+        let as_wholes = model.registry.families().filter(|f| f.offered == Offered::AsWholeToo).filter(not_in);
+        let wholes: Vec<String> = as_wholes.map(|f| f.id.to_owned()).collect();
+        for id in wholes.iter().cloned().chain(effects::registry::ids(&subject)).chain(gear_ripple(&first.robot)) {
+            let Some(candidate) = candidate(id, model) else { continue };
+            let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
+            if !is_offered(&candidate.id, model, datasets) {
+                continue;
+            }
+            match missing_somewhere(effect.as_ref(), datasets, model) {
+                // The missing data are reported for the members instead.
+                Some(_) if wholes.contains(&candidate.id) && !model.is_unregularised(&candidate.id) => {}
+                Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
+                None => library.candidates.push(candidate),
+            }
+        }
+        library
+    }
+
+    /// Lists every candidate for a robot, whatever is measured: the effects that it may have.
+    pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
+        let balls = cell.ball_ids();
+        let subject = model.subject(&cell.robot, &balls);
+        let ids = effects::registry::ids(&subject)
+            .into_iter()
+            .chain(gear_ripple(&cell.robot))
+            .filter(|id| is_offered(id, model, &[("", cell)]));
+        let ids = ids.filter_map(|id| candidate(id, model));
+        Library { candidates: ids.collect(), balls: balls.clone(), ..Library::default() }
+    }
+
+    /// Index of the candidate with this id.
+    pub fn place(&self, id: &str) -> Option<usize> {
+        self.candidates.iter().position(|c| c.id == id)
+    }
+}
+
+/// Testable effects whose order or moment is found by a scan: those with an order at `order` (periods per turn), those
+/// with a moment at `moment` (s since the session began), if given.
+pub(crate) fn scanned_at(datasets: &[(&str, &Dataset)], model: &Model, order: &str, moment: Option<&str>) -> Vec<Candidate> {
+    let Some((_, first)) = datasets.first() else { return Vec::new() };
+    let balls = first.ball_ids();
+    let subject = model.subject(&first.robot, &balls);
+    let of_family = |family: &'static Family| match (family.scan, moment) {
+        (Scan::Order, _) => family.scanned(&subject, order),
+        (Scan::Time, Some(moment)) => family.scanned(&subject, moment),
+        _ => Vec::new(),
+    };
+    let can_be_tested = |c: &Candidate| {
+        let effect = effects::build(&c.id, &subject);
+        is_offered(&c.id, model, datasets) && effect.is_ok_and(|e| missing_somewhere(e.as_ref(), datasets, model).is_none())
+    };
+    let ids = model.registry.families().flat_map(of_family);
+    ids.filter_map(|id| candidate(id, model)).filter(can_be_tested).collect()
+}
+
+/// The samples that are fitted.
+fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = &'d Sample> {
+    datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)))
+}
+
+/// True if a diagnosis of these data considers an effect without being asked for it.
+fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
+    match model.family(id).map_or(Offered::Always, |f| f.offered) {
+        Offered::Always | Offered::AsWholeToo => true,
+        Offered::BesideOtherTargets => fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. })),
+        Offered::WithoutPayload => datasets.iter().all(|(_, d)| d.payloads.iter().all(|p| p.mass == 0.0)),
+        Offered::WithoutMasses => datasets.iter().all(|(_, d)| !d.robot.has_masses()),
+        Offered::ToLogs => {
+            fitted(datasets).next().is_some()
+                && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
+        }
+        // Of a free tool, they are free in any case.
+        Offered::ToOrientations => datasets.iter().any(|(_, d)| {
+            let oriented = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
+            !d.tool_free && d.weighs_orientations() && d.samples.iter().any(oriented)
+        }),
+        Offered::ByName => false,
+    }
+}
+
+/// Ripple of gears with a known ratio, once and twice per turn of the wave generator: with the order known, no scan is
+/// needed.
+fn gear_ripple(robot: &Robot) -> Vec<String> {
+    let of_joint = |(j, ratio): (usize, &f64)| [1.0, 2.0].map(|k| format!("harmonic:{}:{}", j + 1, (k * ratio).round()));
+    robot.gear_ratios.iter().enumerate().flat_map(of_joint).collect()
+}
+
+/// An effect as a candidate; `None` if it cannot be a hypothesis, or if the model contains it.
+fn candidate(id: String, model: &Model) -> Option<Candidate> {
+    // Curves of any shape belong to the heat map of the joints and do not compete with named effects.
+    let any_shape = model.family(&id).is_some_and(|f| f.role == Role::AnyShape);
+    (!any_shape && !model.holds(&id)).then(|| Candidate::new(id))
+}
+
+/// The data that an effect lacks in any of the datasets.
+pub(crate) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
+    datasets.iter().find_map(|(_, d)| missing(effect, d, model, Use::Fit))
+}

@@ -1,0 +1,50 @@
+//! `ball:B`: a ball of the artifact moved or was mis-measured. Three parameters, in the world.
+
+use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::family::each_ball;
+use crate::effects::family::{Family, Origin, Scan};
+use crate::effects::shape::Shape;
+use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::robot::sites::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "ball",
+    arguments: ":B",
+    name: "position of ball {name}",
+    what: "a ball moved or was mis-measured",
+    equation: "ball_B += (x, y, z)",
+    origin: Origin::Artifact,
+    scan: Scan::None,
+    follows: &[Follows::Ball],
+    role: Role::Cause,
+    offered: Offered::Always,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.1),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one ball is not where it was certified to be",
+        look: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
+    },
+    signature: Signature {
+        looks: [
+            "All samples on one ball are off in the same direction; on the other balls hardly anything is wrong.",
+            "Drawn ball by ball, one stands apart from the rest.",
+            "The fit spreads a part of it over the others, so the displaced ball looks less displaced than it is.",
+        ],
+        parted_by: "That ball on the coordinate measuring machine once more, or more postures on it; a second place of the artifact tells a ball from a part of the workspace.",
+    },
+    stray: Stray::None,
+    members: each_ball,
+    build: |id, subject| {
+        let ball = id.ball(subject)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.04 * MM), move |at, emit| {
+            if at.ball() == Some(ball) {
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
+            }
+        })
+        .owner(Owner::Artifact)
+        .needs(&[Needs::Balls])
+        .built()
+    },
+};

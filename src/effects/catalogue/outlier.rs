@@ -1,0 +1,60 @@
+//! `outlier:ID`: one sample disagrees with all others, `target += (x, y, z)` at that sample, in the world.
+
+use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::family::alone;
+use crate::effects::family::{Family, Origin, Scan};
+use crate::effects::shape::Shape;
+use crate::effects::{Owner, ParameterSpec};
+use crate::robot::sites::Site;
+use crate::units::{MM, Unit};
+
+/// Id of the effect that excludes this sample.
+pub fn setting_aside(sample: &str) -> String {
+    format!("outlier:{sample}")
+}
+
+/// The sample excluded by an effect; `None` for any other effect.
+pub fn set_aside_by(effect: &str) -> Option<&str> {
+    effect.strip_prefix("outlier:")
+}
+
+pub(super) const FAMILY: Family = Family {
+    id: "outlier",
+    arguments: ":ID",
+    name: "sample {name} set aside",
+    what: "one sample disagrees with all others",
+    equation: "target += (x, y, z) at sample ID",
+    origin: Origin::SetUp,
+    scan: Scan::Sample,
+    follows: &[Follows::Sample],
+    role: Role::Cause,
+    offered: Offered::Always,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.2),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one sample disagrees with all others",
+        look: "look at that sample: a wrong ball, a bad contact, a centring that did not end; repeat it or leave it out",
+    },
+    signature: Signature {
+        looks: [
+            "One sample stands far above all others.",
+            "Its neighbours in posture and in time are right.",
+            "Any smooth cause would have moved them too.",
+        ],
+        parted_by: "That sample once more. If it repeats, it is no outlier, but the first sign of something that no other posture shows.",
+    },
+    stray: Stray::None,
+    members: alone,
+    build: |id, subject| {
+        let sample = id.sample(subject)?.to_owned();
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.2 * MM), move |at, emit| {
+            if at.sample == Some(sample.as_str()) {
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
+            }
+        })
+        // Sample names are unique within a dataset only.
+        .owner(Owner::Artifact)
+        .built()
+    },
+};

@@ -1,0 +1,47 @@
+//! `pedestal`: the base tilts under the overturning moment, `(rx, ry) += (k_x M_x, k_y M_y)` in the base frame.
+
+use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::family::alone;
+use crate::effects::family::{Family, Origin, Scan};
+use crate::effects::shape::Shape;
+use crate::effects::{Needs, ParameterSpec};
+use crate::robot::sites::{Axis6, Site};
+use crate::units::{URAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "pedestal",
+    arguments: "",
+    name: "compliance of the pedestal",
+    what: "the base tips under the overturning moment",
+    equation: "base rotation (x, y) += (k_x M_x, k_y M_y)",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    follows: &[Follows::Load, Follows::World],
+    role: Role::Cause,
+    offered: Offered::Always,
+    physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
+    linear_range: LinearRange::Sizes(50.0),
+    period: Period::None,
+    meaning: Meaning { physics: "what the robot stands on tips under its overturning moment", look: "check the anchor bolts" },
+    signature: Signature {
+        looks: [
+            "The base leans after the load, so that the whole arm tips outwards.",
+            "The error turns with the first joint: it always points to where the arm reaches.",
+            "It grows with the height of the tool and with the payload.",
+        ],
+        parted_by: "Opposite sides of the pedestal with the arm stretched, with two payloads; an inclinometer on the base settles it.",
+    },
+    stray: Stray::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        let parameter = |axis| ParameterSpec::new(format!("pedestal.{axis}"), Unit::URAD_PER_NM, 2.0 * URAD);
+        Shape::new(id, vec![parameter("x"), parameter("y")], |at, emit| {
+            let moment = at.posture.frame(0).components(&at.loads.moment[0]);
+            emit(0, Site::flex(0, Axis6::Rx), moment.x);
+            emit(1, Site::flex(0, Axis6::Ry), moment.y);
+        })
+        .needs(&[Needs::Masses])
+        .built()
+    },
+};

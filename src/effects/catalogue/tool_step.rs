@@ -1,0 +1,47 @@
+//! `tool_step:T`: the TriCal moved on the flange once, T seconds into the session: `tool += (x, y, z)` after T, in the last frame.
+
+use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::family::alone;
+use crate::effects::family::{Family, Origin, Scan};
+use crate::effects::shape::Shape;
+use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::robot::sites::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "tool_step",
+    arguments: ":T",
+    name: "tool moved on the flange {time}",
+    what: "the tool moved on the flange once",
+    equation: "tool += (x, y, z) after T",
+    origin: Origin::Gauge,
+    scan: Scan::Time,
+    follows: &[Follows::Tool, Follows::Time],
+    role: Role::Cause,
+    offered: Offered::Always,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning { physics: "the tool moved on the flange once", look: "check the tool's screws, and measure it again" },
+    signature: Signature {
+        looks: [
+            "Up to a certain sample all is well; from then on the tool is off by the same amount in its own axes.",
+            "Over time the points of a tool axis lie on two level shelves.",
+            "In the axes of the room the second shelf is smeared.",
+        ],
+        parted_by: "The same point with the hand turned, before and after: a moved tool turns with the hand, a moved base does not.",
+    },
+    stray: Stray::Moment,
+    members: alone,
+    build: |id, _| {
+        let time = id.time(0)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.1 * MM), move |at, emit| {
+            if at.is_after(time) {
+                (0..3).for_each(|k| emit(k, Site::tool(k), 1.0));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

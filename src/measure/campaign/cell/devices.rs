@@ -1,0 +1,43 @@
+//! Opening of the devices of a real cell.
+
+use super::Cell;
+use crate::cell::gauge::{CellGauge, PortError};
+use crate::cell::{Driver, DriverError, StopRequest};
+use crate::robot::FramePose;
+use crate::robot::kinematics::world_from_tool;
+
+impl Cell {
+    /// Opens all three indicators.
+    ///
+    /// # Errors
+    /// When one of their ports cannot be opened.
+    pub fn open_indicators(&self) -> Result<[CellGauge; 3], PortError> {
+        let [x, y, z] = &self.indicators;
+        Ok([x.open(0)?, y.open(1)?, z.open(2)?])
+    }
+
+    /// Connects to the robot. Nothing is written and nothing moves.
+    ///
+    /// # Errors
+    /// When the controller does not answer.
+    pub fn open_robot(&self, stop: StopRequest) -> Result<Box<dyn Driver>, DriverError> {
+        self.robot.connect(stop)
+    }
+
+    /// The tool frame in the controller's flange, as needed by the controller.
+    pub fn flange_from_tool(&self) -> FramePose {
+        FramePose::from_pose(&(self.last_frame_from_flange.pose().inverse() * self.dataset.tool.pose()))
+    }
+
+    /// Distance (m) and angle (rad) between the controller's flange and that of the robot's model, at joints `q`. Millimetres
+    /// indicate a controller whose model is better than the nominal one; more indicates another arm, or another flange.
+    ///
+    /// # Errors
+    /// When the controller does not answer.
+    pub fn disagreement(&self, robot: &mut dyn Driver, q: &[f64]) -> Result<(f64, f64), DriverError> {
+        let root_from_flange = robot.frames()?.root_from_flange();
+        let modelled = world_from_tool(&self.dataset.robot, &FramePose::default(), &self.last_frame_from_flange, q);
+        let between = modelled.inv_mul(&root_from_flange);
+        Ok((between.translation.vector.norm(), between.rotation.angle()))
+    }
+}

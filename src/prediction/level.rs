@@ -1,0 +1,78 @@
+//! Level of the expected error, scaled to what the campaign itself measures: the error at postures left out of the fit.
+//!
+//! Draws of physically plausible effects describe the distribution of the error over the workspace. Their level depends
+//! on the assumed plausible sizes; for robots with other causes of error it is wrong by a factor in either direction.
+//! At the fitted postures both are known: the error that the draws predict, and the error at left-out postures.
+
+use crate::diagnosis::Examination;
+use crate::diagnosis::cross_validation::cross_validated_positions;
+use crate::diagnosis::folds::{places, random_folds};
+use crate::identify::fit::Fit;
+use crate::measure::dataset::Dataset;
+use crate::residuals::noise_floor::{chi2_chance, is_too_small};
+
+/// Level to which the draws are scaled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Level {
+    /// Mean length of the error at postures left out of the fit, with the instrument noise removed, m.
+    pub left_out: f64,
+    /// Mean length of the error at places left out as a whole, with the instrument noise removed, m; `None` with one
+    /// place.
+    pub places_left_out: Option<f64>,
+    /// Share of the squared error at left-out postures that is not instrument noise: 0 to 1.
+    pub share: f64,
+    /// One-sigma of the instrument noise per axis that was removed, m.
+    pub noise: f64,
+    /// Standard deviation of the logarithm of the level.
+    pub spread: f64,
+}
+
+/// Share of the samples that may be bad.
+const FEW: f64 = 0.05;
+
+/// Mean length of a vector of three standard normal components.
+pub(crate) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
+
+impl Level {
+    /// Computes the level from an examined fit.
+    pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
+        let Examination { circumstances, problem, fit, .. } = examination;
+        let unit = examination.squared_units();
+        let samples = circumstances.len().max(1) as f64;
+        let noise2 = if problem.noise_stated() && !is_noise_overstated(fit) {
+            unit.iter().sum::<f64>() * examination.yardstick.weight().powi(2) / samples
+        } else {
+            0.0
+        };
+        let measured2 = |folds: &[usize]| {
+            let missed = cross_validated_positions(examination, folds);
+            let length = |s: usize| (missed[s] * unit[s] * 3.0 / circumstances[s].positions as f64).sqrt();
+            (clipped_mean((0..circumstances.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
+        };
+        let of_robot = |measured2: f64| (measured2 - noise2).max(0.05 * measured2);
+        let by_postures = measured2(&random_folds(circumstances));
+        let left_out = MEAN_LENGTH * of_robot(by_postures).sqrt();
+        Level {
+            left_out,
+            places_left_out: places(examination, datasets)
+                .map(|p| (MEAN_LENGTH * of_robot(measured2(&p)).sqrt()).max(left_out)),
+            share: of_robot(by_postures) / by_postures.max(f64::MIN_POSITIVE),
+            noise: noise2.sqrt(),
+            spread: 0.05 + 0.42 / (crate::diagnosis::folds::postures(circumstances).count().max(1) as f64).sqrt(),
+        }
+    }
+}
+
+/// Mean of lengths, clipped at their 95 % quantile, or five times their median if that is larger: a few bad samples
+/// must not determine the level.
+fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
+    lengths.sort_by(f64::total_cmp);
+    let Some(last) = lengths.len().checked_sub(1) else { return 0.0 };
+    let most = lengths[(last as f64 * (1.0 - FEW)) as usize].max(5.0 * lengths[last / 2]);
+    lengths.iter().map(|l| l.min(most)).sum::<f64>() / lengths.len() as f64
+}
+
+/// True if a fit is too good for the noise by which it is weighted. No noise is then removed.
+pub(crate) fn is_noise_overstated(fit: &Fit) -> bool {
+    is_too_small(chi2_chance(fit.chi2, fit.dof as f64))
+}

@@ -1,0 +1,218 @@
+//! Measurements as needed by the fit of the frames: joint angles, measured values and set-up of the selected rows.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::identify::problem::Use;
+use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::robot::{FramePose, Robot};
+
+/// Measurement of one row; balls are numbered over all datasets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Seen {
+    /// A ball, and its centre relative to the TCP in the tool's axes, m.
+    Ball { ball: usize, reading: Vector3<f64> },
+    /// A position in the world, m.
+    Point(Vector3<f64>),
+    /// A distance from a fixed point, m.
+    Distance { anchor: Vector3<f64>, distance: f64 },
+}
+
+/// One row.
+#[derive(Debug, Clone)]
+pub(super) struct Shot {
+    pub setup: usize,
+    pub q: Vec<f64>,
+    pub commanded: Option<Vec<f64>>,
+    pub seen: Seen,
+    /// Measurements of the rows before and after it in the same set-up.
+    pub neighbours: [Option<Seen>; 2],
+    /// Indices of dataset and sample.
+    pub source: [usize; 2],
+}
+
+/// Base and tool of a session, as stated.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub base: FramePose,
+    pub tool: FramePose,
+    pub tool_free: bool,
+    /// True if the base can be fitted: the session measures a known position, or a free ball of an earlier session.
+    pub base_free: bool,
+    pub gravity: Vector3<f64>,
+}
+
+/// A ball of an artifact.
+#[derive(Debug, Clone)]
+pub(super) struct Target {
+    pub id: String,
+    pub position: Vector3<f64>,
+    pub free: bool,
+}
+
+/// A known distance between two balls, m.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tie {
+    pub between: [usize; 2],
+    pub distance: f64,
+}
+
+/// Everything needed to fit the frames to a nominal arm.
+#[derive(Debug, Clone)]
+pub(super) struct Campaign {
+    pub robot: Arc<Robot>,
+    pub places: Vec<Place>,
+    pub balls: Vec<Target>,
+    pub ties: Vec<Tie>,
+    pub shots: Vec<Shot>,
+    /// Three times the largest stated one-sigma, but at least `UNSTATED_NOISE`, m.
+    pub noise: f64,
+}
+
+/// Smallest noise assumed, also if none is stated, m.
+const UNSTATED_NOISE: f64 = 1e-4;
+/// Number of rows of each ball, or of the other targets of each set-up, that a selection keeps at least.
+const LEAST_PER_TARGET: usize = 8;
+/// Inverse golden ratio: its multiples modulo 1 fill the unit interval evenly and share no period with any table.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+impl Campaign {
+    /// Collects all rows that `which` selects; `None` if there are none.
+    pub fn of(datasets: &[(&str, &Dataset)], which: Use) -> Option<Campaign> {
+        let (_, first) = datasets.first()?;
+        let mut campaign = Campaign {
+            robot: first.robot.clone(),
+            places: Vec::new(),
+            balls: Vec::new(),
+            ties: Vec::new(),
+            shots: Vec::new(),
+            noise: UNSTATED_NOISE,
+        };
+        for (d, (_, dataset)) in datasets.iter().enumerate() {
+            campaign.add(d, dataset, which);
+        }
+        campaign.find_free_bases();
+        (!campaign.shots.is_empty()).then_some(campaign)
+    }
+
+    fn add(&mut self, d: usize, dataset: &Dataset, which: Use) {
+        let (first_ball, first_place) = (self.balls.len(), self.places.len());
+        let target = |b: &crate::measure::dataset::Ball| Target { id: b.id.clone(), position: b.position, free: b.free };
+        self.balls.extend(dataset.balls.iter().map(target));
+        let tie = |t: &crate::measure::dataset::BallDistance| Tie {
+            between: t.between.map(|b| first_ball + b),
+            distance: t.distance,
+        };
+        self.ties.extend(dataset.ball_distances.iter().map(tie));
+        // Each measured point of the tool is judged by itself: what is wrong may be wrong in its columns alone.
+        let mut sessions: Vec<(Option<&str>, Option<usize>)> = Vec::new();
+        let mut last: Vec<Option<usize>> = Vec::new();
+        for (k, sample) in dataset.samples.iter().enumerate().filter(|(_, s)| which.takes(s)) {
+            let session = (sample.session.as_deref(), sample.tool_target);
+            let place = sessions.iter().position(|s| *s == session).unwrap_or_else(|| {
+                sessions.push(session);
+                last.push(None);
+                sessions.len() - 1
+            });
+            let seen = seen(dataset, first_ball, sample);
+            let shot = self.shots.len();
+            let before = last[place].replace(shot);
+            if let Some(before) = before {
+                self.shots[before].neighbours[1] = Some(seen);
+            }
+            let neighbours = [before.map(|b| self.shots[b].seen), None];
+            let (q, commanded) = (sample.q.clone(), sample.q_commanded.clone());
+            self.shots.push(Shot { setup: first_place + place, q, commanded, seen, neighbours, source: [d, k] });
+            if let Some(sigma) = sample.sigma.or(stated_noise(dataset, sample)) {
+                self.noise = self.noise.max(3.0 * sigma);
+            }
+        }
+        self.places.extend(sessions.iter().map(|(_, tool_target)| Place {
+            base: dataset.base,
+            tool: dataset.tool_at(*tool_target),
+            tool_free: dataset.tool_free || tool_target.is_some_and(|r| dataset.tool_targets[r].free),
+            base_free: true,
+            gravity: dataset.gravity,
+        }));
+    }
+
+    /// Finds the bases that can be fitted. A set-up without any known position defines the world, so its base stays as
+    /// stated.
+    fn find_free_bases(&mut self) {
+        let mut placed: Vec<bool> = self.balls.iter().map(|b| !b.free).collect();
+        for s in 0..self.places.len() {
+            let of_setup = || self.shots.iter().filter(move |shot| shot.setup == s);
+            let knows = |shot: &Shot| match shot.seen {
+                Seen::Ball { ball, .. } => placed[ball],
+                _ => true,
+            };
+            self.places[s].base_free = of_setup().any(knows);
+            for shot in of_setup() {
+                if let Seen::Ball { ball, .. } = shot.seen {
+                    placed[ball] = true;
+                }
+            }
+        }
+    }
+
+    /// About `most` of the rows, spread evenly over every ball and every set-up; always the same ones.
+    pub fn selection(&self, most: usize) -> Campaign {
+        let group = |shot: &Shot| match shot.seen {
+            Seen::Ball { ball, .. } => (shot.setup, ball),
+            _ => (shot.setup, usize::MAX),
+        };
+        let mut count = std::collections::BTreeMap::new();
+        self.shots.iter().for_each(|shot| *count.entry(group(shot)).or_insert(0usize) += 1);
+        let share = most as f64 / self.shots.len() as f64;
+        if share >= 1.0 {
+            return self.clone();
+        }
+        let mut seen = std::collections::BTreeMap::new();
+        let takes = |shot: &&Shot| {
+            let of = count[&group(shot)];
+            let place = seen.entry(group(shot)).or_insert(0usize);
+            *place += 1;
+            let share = share.max(LEAST_PER_TARGET as f64 / of as f64);
+            (*place as f64 * GOLDEN).fract() < share
+        };
+        Campaign {
+            robot: self.robot.clone(),
+            places: self.places.clone(),
+            balls: self.balls.clone(),
+            ties: self.ties.clone(),
+            shots: self.shots.iter().filter(takes).cloned().collect(),
+            noise: self.noise,
+        }
+    }
+
+    /// True if any row measured a position in the world that is known beforehand.
+    pub fn has_known_places(&self) -> bool {
+        self.shots.iter().any(|shot| match shot.seen {
+            Seen::Ball { ball, .. } => !self.balls[ball].free,
+            _ => true,
+        })
+    }
+
+    /// True if any row probes this ball.
+    pub fn probes(&self, ball: usize) -> bool {
+        self.shots.iter().any(|shot| matches!(shot.seen, Seen::Ball { ball: b, .. } if b == ball))
+    }
+}
+
+fn seen(dataset: &Dataset, first_ball: usize, sample: &Sample) -> Seen {
+    match &sample.measured {
+        Measured::Ball { ball, reading } => Seen::Ball { ball: first_ball + ball, reading: reading.unwrap_or_default() },
+        Measured::Point(point) => Seen::Point(*point),
+        Measured::Distance { anchor, distance } => {
+            Seen::Distance { anchor: dataset.anchors[*anchor].position, distance: *distance }
+        }
+    }
+}
+
+fn stated_noise(dataset: &Dataset, sample: &Sample) -> Option<f64> {
+    match sample.measured {
+        Measured::Ball { .. } => dataset.noise.ball,
+        _ => dataset.noise.point,
+    }
+}

@@ -1,0 +1,299 @@
+//! Search for the cause of a misfit: gross rows, single slips, then plausible pairs.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::campaign::{Campaign, Seen};
+use super::data_fit::{Cause, SlipTried};
+use super::expected::expected;
+use super::frames::{Fitted, Frames, fit, flanges, misses};
+use super::slip::{LENGTHS, Slip, scaled};
+use crate::measure::dataset::Dataset;
+use crate::robot::{JointKind, Pose};
+use crate::units::DEG;
+
+/// Number of rows on which slips are screened, singly and in pairs.
+const SCREENED: usize = 80;
+const PAIRS_SCREENED: usize = 40;
+/// Number of slips that are then tried on more rows.
+const CONFIRMED: usize = 8;
+/// A row is gross if its residual exceeds this multiple of the residual of the others,
+const GROSS: f64 = 12.0;
+/// and this share of the reach: a smaller one is an outlier that a diagnosis names.
+const GROSS_OF_REACH: f64 = 0.03;
+/// A slip explains a misfit if it leaves at most this share of the residual.
+const EXPLAINS: f64 = 1.0 / 2.0;
+/// If the data fit, a slip must leave at most this share of the residual to be accepted.
+const BETTER: f64 = 1.0 / 3.0;
+/// With fewer degrees of freedom per unknown, no slip is accepted for such data: chance may leave as little.
+const FREEDOM_PER_UNKNOWN: isize = 2;
+/// Two slips are preferred to one if they leave less than this share of its residual.
+const PAIR_IS_BETTER: f64 = 1.0 / 5.0;
+/// Slips with residuals up to this multiple of the smallest cannot be distinguished.
+const ALIKE: f64 = 1.25;
+/// Penalty factor on the residual of a slip with additional unknowns.
+const FREEDOM: f64 = 1.5;
+/// Largest share of gross rows that a slip may leave and still explain the others.
+const FEW_GROSS: f64 = 0.05;
+/// Largest share of gross rows that are reported as single bad rows.
+const MOST_GROSS: f64 = 0.2;
+/// A base fitted within this distance of the stated one, m, should not be turned by this angle or more, rad.
+const STATED: f64 = 0.05;
+const TURNED: f64 = 20.0 * DEG;
+/// A slip corrects the base if it leaves it turned by no more than this, rad.
+const PUT_RIGHT: f64 = 2.0 * DEG;
+/// Number of best trials reported if none explains the misfit.
+const TOLD: usize = 3;
+/// Number of gross rows named individually, at most.
+const NAMED: usize = 20;
+
+/// Largest offset tried for a joint mastered wrongly, tenths of a degree.
+const FURTHEST: i32 = 300;
+
+/// Input of the search.
+pub(super) struct Search<'a> {
+    pub dataset: &'a Dataset,
+    pub whole: &'a Campaign,
+    pub some: &'a Campaign,
+    pub nominal: &'a Fitted,
+    /// Reach of the arm, m.
+    pub reach: f64,
+    /// Largest residual expected of the nominal arm, m.
+    pub most: f64,
+}
+
+/// Slips, and the fit with these corrected.
+struct Trial {
+    slips: Vec<Slip>,
+    fitted: Fitted,
+    /// Residual on the scale of the uncorrected data, m, with the penalty for additional unknowns.
+    score: f64,
+}
+
+impl Search<'_> {
+    /// Finds the cause of a misfit, with the slips; `None` if the data fit.
+    pub fn run(&self) -> Option<(Cause, Vec<SlipTried>)> {
+        let gross = self.gross_rows();
+        let too_large = self.nominal.robust > self.most;
+        let singles: Vec<Vec<Slip>> = Slip::all(self.some).into_iter().map(|s| vec![s]).collect();
+        let screen = self.some.selection(SCREENED);
+        let before = fit(&screen);
+        // If the robust residual is as expected, slips are scored by all rows including gross ones, otherwise by the
+        // rows not set aside.
+        let by_all = !too_large;
+        let mut tried = try_all(&screen, &singles, by_all);
+        if !too_large && gross.is_empty() {
+            // Excluded are slips with additional unknowns, since they can only reduce the residual, and those that
+            // improve a few rows only.
+            let mends = |t: &Trial, of: &Fitted| t.score <= BETTER * of.plain && t.fitted.robust <= BETTER * of.robust;
+            tried.retain(|t| !t.slips[0].adds_freedom() && mends(t, &before));
+            let enough = self.nominal.dof >= FREEDOM_PER_UNKNOWN * self.nominal.unknowns as isize;
+            tried.truncate(if enough { tried.len() } else { 0 });
+            let found = self.confirmed(tried, true, |t, _| mends(t, self.nominal));
+            if found.is_empty() {
+                return self.base_misplaced();
+            }
+            return Some((Cause::Slips, self.tried(found)));
+        }
+        let singles_left = |t: &Trial, limit: f64| self.explains(t, limit, &gross);
+        let mut found = self.confirmed(tried, by_all, singles_left);
+        let best = found.first().map(|t| t.fitted.robust);
+        let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
+        if too_large && !found.first().is_some_and(is_ordinary) {
+            let all = Slip::all(self.some);
+            let pairs: Vec<Vec<Slip>> = (0..all.len())
+                .flat_map(|i| (0..all.len()).map(move |k| (i, k)))
+                .filter(|&(i, k)| all[i].goes_with(&all[k]) && (i < k || !all[k].goes_with(&all[i])))
+                .map(|(i, k)| vec![all[i].clone(), all[k].clone()])
+                .collect();
+            let few = self.some.selection(PAIRS_SCREENED);
+            let pairs = self.confirmed(try_all(&few, &pairs, false), false, singles_left);
+            if let Some(pair) = pairs.first()
+                && best.is_none_or(|b| pair.fitted.robust < PAIR_IS_BETTER * b)
+            {
+                found = pairs;
+            }
+        }
+        if found.is_empty() && too_large {
+            found = self.confirmed(try_all(&screen, &odd_zeros(&screen), false), false, singles_left);
+        }
+        if !found.is_empty() {
+            return Some((Cause::Slips, self.tried(found)));
+        }
+        let few = gross.len() as f64 <= MOST_GROSS * self.whole.shots.len() as f64;
+        if !too_large && few {
+            return Some((Cause::Rows(gross.len()), self.rows(&gross)));
+        }
+        let mut tried = try_all(&screen, &singles, false);
+        tried.sort_by(|a, b| a.score.total_cmp(&b.score));
+        tried.truncate(TOLD);
+        Some((Cause::Unknown, self.tried(tried)))
+    }
+
+    /// Indices of rows, and of known distances between balls, with residuals far beyond anything expected, and the
+    /// lengths of these residuals, m, largest first.
+    fn gross_rows(&self) -> Vec<(usize, f64)> {
+        let misses = misses(self.whole, &self.nominal.frames);
+        let limit = self.gross(self.nominal.robust);
+        let mut gross: Vec<(usize, f64)> = misses.into_iter().enumerate().filter(|(_, d)| *d > limit).collect();
+        gross.sort_by(|a, b| b.1.total_cmp(&a.1));
+        gross
+    }
+
+    /// Residual beyond which a row is gross if the others leave `robust`, m.
+    fn gross(&self, robust: f64) -> f64 {
+        (GROSS * robust).max(GROSS_OF_REACH * self.reach)
+    }
+
+    /// Detects a base whose origin is as stated but which is turned, and the slips that turn it back, since they show
+    /// in no other way; and a base stated in another unit of length.
+    fn base_misplaced(&self) -> Option<(Cause, Vec<SlipTried>)> {
+        let campaign = self.some;
+        let stands = |(place, base): (&super::campaign::Place, &Pose)| {
+            let stated = place.base.pose();
+            let (near, shift) = (stated.translation.vector, base.translation.vector);
+            place.base_free && (near - shift).norm() <= STATED
+        };
+        let bases = &self.nominal.frames.bases;
+        if self.turned(&self.nominal.frames) >= TURNED && campaign.places.iter().zip(bases).all(stands) {
+            let slips: Vec<Vec<Slip>> = Slip::turning_the_base(campaign).into_iter().map(|s| vec![s]).collect();
+            let mut tried = try_all(campaign, &slips, false);
+            tried.retain(|t| t.score <= 1.1 * self.nominal.robust && self.turned(&t.fitted.frames) <= PUT_RIGHT);
+            return (!tried.is_empty()).then(|| (Cause::Base, self.tried(tried)));
+        }
+        let in_unit = |by: f64| {
+            campaign.places.iter().zip(bases).all(|(place, base)| {
+                let (stated, found) = (Vector3::from(place.base.xyz) * by, base.translation.vector);
+                place.base_free && (stated - found).norm() <= 0.02 * found.norm()
+            })
+        };
+        let by = LENGTHS.into_iter().find(|by| in_unit(*by))?;
+        let words = format!("the stated base {}", scaled(by));
+        Some((Cause::Base, vec![SlipTried { slip: "base_unit".into(), residual: self.nominal.robust, words }]))
+    }
+
+    /// True if a trial leaves no more than expected, markedly less than before, and hardly any gross rows.
+    fn explains(&self, trial: &Trial, limit: f64, gross: &[(usize, f64)]) -> bool {
+        let left = trial.fitted.misses.iter().filter(|d| **d > self.gross(trial.fitted.robust)).count();
+        let all = trial.fitted.misses.len();
+        let before = gross.len() as f64 / (self.whole.shots.len() + self.whole.ties.len()) as f64;
+        let few = (left as f64) <= (FEW_GROSS * all as f64).min(0.25 * before * all as f64);
+        let better = trial.score <= EXPLAINS * if gross.is_empty() { self.nominal.robust } else { self.nominal.plain };
+        trial.fitted.robust <= limit && few && better
+    }
+
+    /// Tries the best on more rows. Keeps those that pass and cannot be distinguished from the best of them, the least
+    /// turned base first.
+    fn confirmed(&self, mut tried: Vec<Trial>, by_all: bool, passes: impl Fn(&Trial, f64) -> bool) -> Vec<Trial> {
+        tried.sort_by(|a, b| a.score.total_cmp(&b.score));
+        tried.truncate(CONFIRMED);
+        let slips: Vec<Vec<Slip>> = tried.into_iter().map(|t| t.slips).collect();
+        let mut again = try_all(self.some, &slips, by_all);
+        again.retain(|t| {
+            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0];
+            t.fitted.robust <= limit && passes(t, limit)
+        });
+        again.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let best = again.first().map_or(0.0, |t| t.score);
+        again.retain(|t| t.score <= ALIKE * best);
+        again.sort_by(|a, b| self.turned(&a.fitted.frames).total_cmp(&self.turned(&b.fitted.frames)));
+        again
+    }
+
+    /// Largest angle between a fitted base and the stated one, rad: the criterion between slips of equal residual.
+    fn turned(&self, frames: &Frames) -> f64 {
+        let turn =
+            |(base, place): (&Pose, &super::campaign::Place)| (place.base.pose().rotation.inverse() * base.rotation).angle();
+        frames.bases.iter().zip(&self.some.places).map(turn).fold(0.0, f64::max)
+    }
+
+    fn tried(&self, trials: Vec<Trial>) -> Vec<SlipTried> {
+        let slip = |t: Trial| {
+            let names: Vec<String> = t.slips.iter().map(|s| s.name(self.some)).collect();
+            let words: Vec<String> = t.slips.iter().map(|s| s.words(self.some)).collect();
+            SlipTried { slip: names.join("+"), residual: t.fitted.robust, words: words.join(" and ") }
+        };
+        let mut seen = Vec::new();
+        let mut all: Vec<SlipTried> = trials.into_iter().map(slip).collect();
+        all.retain(|t| {
+            let new = !seen.contains(&t.slip);
+            seen.push(t.slip.clone());
+            new
+        });
+        all
+    }
+
+    fn rows(&self, gross: &[(usize, f64)]) -> Vec<SlipTried> {
+        let row = |&(k, miss): &(usize, f64)| {
+            let Some(shot) = self.whole.shots.get(k) else {
+                let [a, b] = self.whole.ties[k - self.whole.shots.len()].between.map(|b| &self.whole.balls[b].id);
+                let words =
+                    format!("without the stated distance of balls {a} and {b}, {:.0} mm off, the nominal arm", miss * 1e3);
+                return SlipTried { slip: format!("ball_distance:{a}:{b}"), residual: self.nominal.robust, words };
+            };
+            let id = &self.dataset.samples[shot.source[1]].id;
+            let words = format!("without sample {id}, {:.0} mm off, the nominal arm", miss * 1e3);
+            SlipTried { slip: format!("sample:{id}"), residual: self.nominal.robust, words }
+        };
+        gross.iter().take(NAMED).map(row).collect()
+    }
+}
+
+fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
+    slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
+}
+
+/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not set aside. Omits slips
+/// that leave less than half of the rows.
+fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
+    let own = signal(campaign);
+    let one = |slips: &Vec<Slip>| {
+        let changed = undone(campaign, slips);
+        if changed.shots.len() < campaign.shots.len() / 2 {
+            return None;
+        }
+        let fitted = fit(&changed);
+        // An arm that hardly moves leaves a small residual, so residuals are compared relative to the motion.
+        let scale = if slips.iter().any(Slip::rescales_motion) { own / signal(&changed).max(f64::MIN_POSITIVE) } else { 1.0 };
+        let freedom = if slips.iter().any(Slip::adds_freedom) { FREEDOM } else { 1.0 };
+        let score = if by_all { fitted.plain } else { fitted.robust } * scale * freedom;
+        Some(Trial { slips: slips.clone(), fitted, score })
+    };
+    all.par_iter().filter_map(one).collect()
+}
+
+/// Offset of each joint with the smallest residual, to a tenth of a degree, for a joint mastered wrongly.
+fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
+    let left = |j: usize, tenths: i32| {
+        let zero = f64::from(tenths) * 0.1 * DEG;
+        (fit(&Slip::JointZero(j, zero).undone(campaign)).robust, tenths)
+    };
+    let best = |j: usize, all: Vec<i32>| all.into_iter().map(|t| left(j, t)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let zero = |j: usize| {
+        let (_, coarse) = best(j, (-FURTHEST..=FURTHEST).step_by(20).collect())?;
+        let (_, near) = best(j, (coarse - 20..=coarse + 20).step_by(4).collect())?;
+        let (_, at) = best(j, (near - 4..=near + 4).collect())?;
+        Some(vec![Slip::JointZero(j, f64::from(at) * 0.1 * DEG)])
+    };
+    let turning: Vec<usize> = (0..campaign.robot.joints()).filter(|&j| campaign.robot.kind(j) == JointKind::Revolute).collect();
+    turning.into_par_iter().filter_map(zero).collect()
+}
+
+/// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other
+/// rows of a set-up, m.
+fn signal(campaign: &Campaign) -> f64 {
+    let flanges = flanges(&campaign.robot, campaign);
+    let mut groups = std::collections::BTreeMap::new();
+    for (shot, flange) in campaign.shots.iter().zip(&flanges) {
+        let ball = match shot.seen {
+            Seen::Ball { ball, .. } => ball,
+            _ => usize::MAX,
+        };
+        groups.entry((shot.setup, ball)).or_insert_with(Vec::new).push(flange.translation.vector);
+    }
+    let squares = |all: &Vec<nalgebra::Vector3<f64>>| {
+        let mean = all.iter().sum::<nalgebra::Vector3<f64>>() / all.len() as f64;
+        all.iter().map(|p| (p - mean).norm_squared()).sum::<f64>()
+    };
+    (groups.values().map(squares).sum::<f64>() / campaign.shots.len().max(1) as f64).sqrt()
+}

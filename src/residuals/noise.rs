@@ -1,0 +1,51 @@
+//! Scatter of the data: samples that disagree with all others, repeats, serial correlation, rounded joint angles.
+
+mod joint_steps;
+mod repeats;
+mod serial;
+mod suspects;
+mod yardstick;
+
+pub use joint_steps::JointSteps;
+pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
+pub(crate) use repeats::{moments, patterns};
+pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
+pub(crate) use suspects::suspects_of;
+pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};
+pub(crate) use yardstick::Yardstick;
+
+use nalgebra::Vector3;
+
+use crate::identify::problem::Problem;
+
+/// The data of one sample that the tests of scatter need.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    /// Index of the set-up.
+    pub setup: usize,
+    /// Index of its first scalar residual, and the number of those of its position.
+    pub first_row: usize,
+    pub height: usize,
+    /// Number of all its scalar residuals, those of its orientation included.
+    pub rows: usize,
+    /// Whitened residual; for a distance only the first component is used.
+    pub whitened: Vector3<f64>,
+    /// Sum of the variances of its components by which it was whitened, m².
+    pub variance: f64,
+}
+
+/// The rows of a problem at `values`, in the order of its samples.
+pub(crate) fn rows(problem: &Problem, values: &[f64]) -> Vec<Row> {
+    let mut rows = Vec::with_capacity(problem.sample_count());
+    problem.for_each_sample(values, &mut |posed| {
+        rows.push(Row {
+            setup: posed.setup,
+            first_row: posed.first_row,
+            height: posed.height,
+            rows: posed.rows,
+            whitened: posed.whitener * posed.residual,
+            variance: posed.variance,
+        });
+    });
+    rows
+}

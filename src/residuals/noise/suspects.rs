@@ -1,0 +1,294 @@
+//! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about
+//! the least-squares fit. Whole postures are judged first, then single samples: if several targets are measured from
+//! one posture, a bad posture hides a bad sample.
+//!
+//! With Gaussian noise, a campaign has a suspect with a probability of less than 1e-3.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+use super::{Row, rows};
+use crate::identify::Model;
+use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::{Fit, fit};
+use crate::identify::problem::{Problem, Use};
+use crate::math::linalg;
+use crate::measure::dataset::Dataset;
+use crate::measure::poses::Postures;
+
+/// A posture or sample that deviates from all others by more than this, in robust one-sigmas, may be a suspect.
+pub const SUSPECT_DEVIATION: f64 = 6.0;
+
+/// Significance level, for all samples together, at which the least-squares fit of the others confirms a suspect.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// More suspects than this share of the postures, and more than [`ALWAYS_ALLOWED`], are not accidents but indicate an
+/// effect that the model lacks.
+const MOST: f64 = 0.05;
+const ALWAYS_ALLOWED: usize = 2;
+
+/// Degrees of freedom of the Student-t fit, largest number of iterations, and the change of a weight at which they
+/// stop.
+const NU: f64 = 4.0;
+const ROUNDS: usize = 30;
+const SETTLED: f64 = 1e-4;
+
+/// Largest leverage taken into account: a sample that alone determines a parameter cannot be judged.
+const MOST_LEVERAGE: f64 = 0.9;
+
+/// With more rows than this, no single one has a leverage of more than a per cent or two, and leverages are not
+/// computed.
+const MANY_ROWS: usize = 3000;
+
+/// A sample that disagrees with all others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suspect {
+    /// Index of its dataset.
+    pub dataset: usize,
+    /// Name of the sample.
+    pub sample: String,
+    /// Its index among the samples of the problem.
+    pub place: usize,
+    /// Deviation from the prediction of the others, in one-sigmas of their scatter.
+    pub deviation: f64,
+    /// Probability that Gaussian noise causes so large a deviation in any sample of this campaign.
+    pub chance: f64,
+}
+
+/// Finds the samples of set `fit` that disagree with all others under `model`; none if there are so many that the model
+/// must be wrong.
+///
+/// # Errors
+/// When the data do not fit the model, or do not determine the unknowns.
+pub fn suspects(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
+    let problem = Problem::new(datasets, model, Use::Fit)?;
+    let fit = fit(&problem)?;
+    Ok(suspects_of(datasets, &problem, &fit))
+}
+
+/// As [`suspects`], for a fitted problem.
+pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
+    let rows = rows(problem, &fit.values);
+    let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
+    if postures.of_samples().len() != rows.len() {
+        return Vec::new();
+    }
+    let near = Near::new(problem, fit);
+    let all_of = |members: &[usize]| -> Unit {
+        Unit {
+            samples: members.to_vec(),
+            rows: members.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].height).collect(),
+        }
+    };
+    let members = postures.members();
+    let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
+    let stated = problem.noise_stated();
+    let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
+    let bad = near.far_off(&by_posture, &[], stated);
+    if bad.len() > most {
+        return Vec::new();
+    }
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
+    found.extend(near.confirmed(&bad_units, by_posture.len(), stated));
+    if members.len() < rows.len() {
+        let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
+        let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
+        let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
+        let bad = near.far_off(&by_sample, &aside_rows, stated);
+        if bad.len() <= most {
+            let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
+            units.extend(bad_units.iter().cloned());
+            let more = near.confirmed(&units, by_sample.len(), stated);
+            found.extend(more.into_iter().filter(|(i, ..)| !aside.contains(i)));
+        }
+    }
+    // Orientations apart from positions: the errors of both need not be of the size in which they were stated.
+    let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
+    let turned: Vec<Unit> = (0..rows.len())
+        .filter(|&i| rows[i].rows > rows[i].height && !aside.contains(&i))
+        .map(|i| Unit {
+            samples: vec![i],
+            rows: (rows[i].first_row + rows[i].height..rows[i].first_row + rows[i].rows).collect(),
+        })
+        .collect();
+    let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect();
+    let bad = near.far_off(&turned, &aside_rows, stated);
+    if bad.len() <= most {
+        let units: Vec<Unit> = bad.iter().map(|&u| turned[u].clone()).collect();
+        found.extend(near.confirmed(&units, turned.len(), stated));
+    }
+    named(datasets, &rows, found)
+}
+
+fn named(datasets: &[(&str, &Dataset)], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
+    let taken = datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
+    let samples: Vec<(usize, &str)> = taken.filter(|(_, s)| Use::Fit.takes(s)).map(|(d, s)| (d, s.id.as_str())).collect();
+    found.retain(|(i, ..)| *i < rows.len());
+    found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let suspect = |(place, deviation, chance): (usize, f64, f64)| {
+        let (dataset, sample) = samples[place];
+        Suspect { dataset, sample: sample.to_owned(), place, deviation, chance }
+    };
+    found.into_iter().map(suspect).collect()
+}
+
+/// Rows that are judged together.
+#[derive(Clone)]
+struct Unit {
+    samples: Vec<usize>,
+    rows: Vec<usize>,
+}
+
+impl Unit {
+    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
+    fn numbers(&self) -> usize {
+        self.rows.len().clamp(1, 3)
+    }
+}
+
+/// Median of chi-square with one, two, three degrees of freedom.
+const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
+
+/// The whitened problem, linearised at its fit and transposed: one row per parameter, then the residuals.
+struct Near {
+    rows: DMatrix<f64>,
+    parameters: usize,
+    /// For each row, whether it is of an orientation.
+    of_orientation: Vec<bool>,
+    /// Prior information of each parameter, and its contribution to the gradient.
+    information: Vec<(f64, f64)>,
+}
+
+/// Result of a weighted fit.
+struct Fitted {
+    residuals: Vec<f64>,
+    /// Leverage of each row at unit weight.
+    leverages: Vec<f64>,
+}
+
+impl Near {
+    fn new(problem: &Problem, fit: &Fit) -> Self {
+        let mut rows = problem.whitened(&fit.values, &fit.kept);
+        let parameters = fit.kept.len();
+        // Parameters are scaled to unit norm, as millimetres and radians differ in size.
+        let scales: Vec<f64> = (0..parameters).map(|k| 1.0 / rows.row(k).norm().max(f64::MIN_POSITIVE)).collect();
+        scales.iter().enumerate().for_each(|(k, s)| rows.row_mut(k).scale_mut(*s));
+        let known = fit.kept.iter().zip(&scales).map(|(&p, s)| {
+            let information = problem.parameters()[p].knowledge.information();
+            (information * s * s, -information * fit.values[p] * s)
+        });
+        let mut of_orientation = vec![false; rows.ncols()];
+        problem.for_each_sample(&fit.values, &mut |s| {
+            of_orientation[s.first_row + s.height..s.first_row + s.rows].fill(true);
+        });
+        Near { information: known.collect(), rows, parameters, of_orientation }
+    }
+
+    /// Fits with weights. Returns the residual of every row and its leverage at unit weight; `None` if the fit is
+    /// singular.
+    fn fitted(&self, weights: &[f64]) -> Option<Fitted> {
+        let m = self.parameters;
+        let mut weighted = self.rows.clone();
+        weighted.column_iter_mut().zip(weights).for_each(|(mut c, w)| c *= w.sqrt());
+        let mut products = DMatrix::zeros(m + 1, m + 1);
+        linalg::normal_matrix(&weighted, &mut products);
+        let mut normal = products.view((0, 0), (m, m)).into_owned();
+        let mut step: Vec<f64> = (0..m).map(|k| products[(k, m)]).collect();
+        for (k, (information, pull)) in self.information.iter().enumerate() {
+            normal[(k, k)] += information + 1e-12;
+            step[k] += pull;
+        }
+        let mut factor = linalg::Cholesky::new(m);
+        factor.factor(&normal).ok()?;
+        factor.solve_in_place(&mut step);
+        let step = DVector::from_vec(step);
+        let residuals = self.rows.column_iter().map(|c| c[m] - c.rows(0, m).dot(&step)).collect();
+        if self.rows.ncols() > MANY_ROWS {
+            return Some(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
+        }
+        let mut root = DMatrix::zeros(m, m);
+        factor.inverse_root(&mut root);
+        // A row of zeros for the residual.
+        let pulls = linalg::product_of_transposed(&root.insert_row(m, 0.0), &self.rows);
+        Some(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
+    }
+
+    /// Whitened sum of squares of a unit, as if of its independent components, with its own leverage removed.
+    fn squares(unit: &Unit, fitted: &Fitted, weights: &[f64]) -> f64 {
+        let count = unit.rows.len().max(1) as f64;
+        let mean = unit.rows.iter().map(|&r| fitted.residuals[r].powi(2)).sum::<f64>() / count;
+        let pull = unit.rows.iter().map(|&r| weights[r] * fitted.leverages[r]).sum::<f64>() / count;
+        unit.numbers() as f64 * mean / (1.0 - pull.min(MOST_LEVERAGE))
+    }
+
+    /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero.
+    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
+        let mut weights = vec![1.0; self.rows.ncols()];
+        aside.iter().for_each(|&r| weights[r] = 0.0);
+        let mut ratios = Vec::new();
+        for _ in 0..ROUNDS {
+            let Some(fitted) = self.fitted(&weights) else { return Vec::new() };
+            let squares: Vec<f64> = units.iter().map(|u| Near::squares(u, &fitted, &weights)).collect();
+            let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
+            sorted.sort_by(f64::total_cmp);
+            let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
+            // Stated noise is a lower limit.
+            let unit = if stated { median.max(1.0) } else { median.max(f64::MIN_POSITIVE) };
+            ratios = squares.iter().map(|s| s / unit).collect();
+            let mut change = 0.0_f64;
+            for (u, ratio) in units.iter().zip(&ratios) {
+                let weight = (NU + u.numbers() as f64) / (NU + ratio);
+                for &r in &u.rows {
+                    change = change.max((weights[r] - weight).abs());
+                    weights[r] = weight;
+                }
+            }
+            if change < SETTLED {
+                break;
+            }
+        }
+        let limit = upper_chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
+        (0..units.len()).filter(|&u| upper_chance(ratios[u], units[u].numbers()) < limit).collect()
+    }
+
+    /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
+    /// probability.
+    fn confirmed(&self, units: &[Unit], of: usize, stated: bool) -> Vec<(usize, f64, f64)> {
+        if units.is_empty() {
+            return Vec::new();
+        }
+        let mut weights = vec![1.0; self.rows.ncols()];
+        units.iter().flat_map(|u| &u.rows).for_each(|&r| weights[r] = 0.0);
+        let Some(Fitted { residuals, leverages }) = self.fitted(&weights) else { return Vec::new() };
+        // By rows of the same kind.
+        let is_turn = units.iter().flat_map(|u| &u.rows).any(|&r| self.of_orientation[r]);
+        let kin = || weights.iter().zip(&self.of_orientation).map(|(w, turn)| if *turn == is_turn { *w } else { 0.0 });
+        let squares: f64 = residuals.iter().zip(kin()).map(|(r, w)| w * r * r).sum();
+        let all = weights.iter().sum::<f64>();
+        let dof = (all - self.parameters as f64) * (kin().sum::<f64>() / all);
+        if dof < 3.0 {
+            return Vec::new();
+        }
+        let unit = if stated { (squares / dof).max(1.0) } else { (squares / dof).max(f64::MIN_POSITIVE) };
+        let mut found = Vec::new();
+        for u in units {
+            let numbers = u.numbers() as f64;
+            let count = u.rows.len().max(1) as f64;
+            let mean = u.rows.iter().map(|&r| residuals[r].powi(2)).sum::<f64>() / count;
+            // The uncertainty of the others' prediction adds to the noise.
+            let spread = 1.0 + u.rows.iter().map(|&r| leverages[r]).sum::<f64>() / count;
+            let ratio = mean / (unit * spread);
+            let tail = FisherSnedecor::new(numbers, dof).map_or(1.0, |d| d.sf(ratio));
+            let chance = (tail * of as f64).min(1.0);
+            if chance < FALSE_ALARM {
+                found.extend(u.samples.iter().map(|&i| (i, (numbers * ratio).sqrt(), chance)));
+            }
+        }
+        found
+    }
+}
+
+fn upper_chance(squares: f64, numbers: usize) -> f64 {
+    ChiSquared::new(numbers as f64).map_or(1.0, |d| d.sf(squares.max(0.0)))
+}

@@ -1,0 +1,29 @@
+//! The arm: a chain of revolute and prismatic joints in modified DH with Hayati's beta, its masses, limits and solids.
+
+mod arm;
+mod builtin;
+mod dexterity;
+mod frame;
+pub mod inverse;
+pub mod kinematics;
+mod link;
+mod posture_view;
+pub mod rel_tool;
+mod rigid_fit;
+pub mod robot_file;
+mod scene_file;
+pub mod sites;
+pub mod solids;
+mod spherical_wrist;
+pub mod statics;
+mod status_turn;
+pub mod urdf;
+
+pub use arm::Robot;
+pub use builtin::{BUILT_IN, built_in};
+pub use frame::{Frame, Vectors, rotation_vector};
+pub use link::{FramePose, JointKind, Link, MdhLink, NEARLY_PARALLEL, Pose};
+pub(crate) use rigid_fit::nearest_rotation;
+pub(crate) use rigid_fit::rigid_fit;
+#[cfg(feature = "schema")]
+pub(crate) use robot_file::robot_schema;

@@ -1,0 +1,106 @@
+//! What to do next about a model: one judgement, for whoever gives advice.
+
+use super::hold_out::HoldOut;
+use super::ladder::{Climb, best_step};
+use super::ladder::{LadderStep, step};
+use super::objections::Objection;
+use crate::diagnosis::Verdict;
+use crate::identify::calibration::IdentifyError;
+use crate::measure::dataset::Dataset;
+
+/// What to do next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToDo {
+    /// Nothing: the residual is noise.
+    Nothing,
+    /// Nothing can be said: the fit did not converge, or the data do not fit their robot.
+    Unknown,
+    /// Add the effects of the step: they predict postures better that were not fitted.
+    Add,
+    /// Measure first: the data cannot tell which of several effects is missing.
+    Distinguish,
+    /// Choose among other models, or measure more: no single step helps.
+    Choose,
+}
+
+impl ToDo {
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ToDo::Nothing => "nothing",
+            ToDo::Unknown => "unknown",
+            ToDo::Add => "add",
+            ToDo::Distinguish => "distinguish",
+            ToDo::Choose => "choose",
+        }
+    }
+}
+
+/// The advice on a model: the step that a ladder takes from it, unless that has to wait.
+#[derive(Debug, Clone)]
+pub struct Advice {
+    /// What to do.
+    pub to_do: ToDo,
+    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
+    /// the curve of the joint that stands out, if that predicts better. `None` if nothing does.
+    pub step: Option<Box<LadderStep>>,
+    /// Effects that the ladder tried before, and the objections to each.
+    pub refused: Vec<(String, Vec<Objection>)>,
+}
+
+impl Advice {
+    /// The advice on a fitted and judged model.
+    ///
+    /// # Errors
+    /// As [`best_step`].
+    pub fn on(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
+        let mut refused: Vec<(String, Vec<Objection>)> = Vec::new();
+        let diagnosis = &below.diagnosis;
+        let verdict = diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict);
+        let without_step = match diagnosis.verdict {
+            _ if below.calibration.unconverged().is_some() => Some(ToDo::Unknown),
+            Verdict::DataDoNotFit => Some(ToDo::Unknown),
+            noise if noise.is_noise() => Some(ToDo::Nothing),
+            _ => None,
+        };
+        if let Some(to_do) = without_step {
+            return Ok(Advice { to_do, step: None, refused });
+        }
+        let next = best_step(datasets, below, ground, &mut |climb| {
+            if let Climb::Refused(effect, objections) = climb {
+                refused.push((effect.to_owned(), objections.to_vec()));
+            }
+        })?;
+        let step = match next {
+            Ok(step) => Some(step),
+            Err(_) => curve(datasets, below, ground)?,
+        };
+        // A sample that disagrees with all others is set aside in any case.
+        let sets_aside = step.as_ref().is_some_and(|step| step.added == diagnosis.without_suspects());
+        let to_do = match (&step, verdict) {
+            (_, Verdict::Indistinguishable) if !sets_aside => ToDo::Distinguish,
+            (Some(_), _) => ToDo::Add,
+            (None, _) => ToDo::Choose,
+        };
+        Ok(Advice { to_do, step, refused })
+    }
+
+    /// The effects of the step.
+    #[must_use]
+    pub fn effects(&self) -> &[String] {
+        self.step.as_ref().map_or(&[], |step| &step.added)
+    }
+}
+
+/// The step that adds the curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual
+/// and nothing speaks against that step.
+fn curve(
+    datasets: &[(&str, &Dataset)],
+    below: &LadderStep,
+    ground: HoldOut<'_>,
+) -> Result<Option<Box<LadderStep>>, IdentifyError> {
+    let Some(curve) = below.diagnosis.shape() else { return Ok(None) };
+    let step = step(datasets, below, &curve.added_to(&below.model), vec![curve.effect_name()], ground)?;
+    Ok((!step.objections(below).iter().any(Objection::refuses)).then(|| Box::new(step)))
+}

@@ -1,0 +1,355 @@
+//! The ladder: effects are added to a model one at a time, the same data are fitted again, and one of the models is
+//! recommended in the end.
+
+pub(crate) mod step;
+
+pub use step::{LadderStep, add, ladder_step, step};
+
+use super::hold_out::HoldOut;
+use crate::diagnosis::Examination;
+use crate::diagnosis::{Diagnosis, Verdict};
+
+use super::ladder::step::examined_rung;
+use super::objections::Objection;
+use super::recommend::steps::gains_of_each;
+use super::recommend::{Choice, ChoiceKind as Kind, Recommendation, recommend};
+use super::withdrawal::{Contradiction, contradicted};
+use crate::diagnosis::library::Library;
+use crate::effects;
+use crate::identify::Model;
+use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::Outcome;
+use crate::identify::problem::{Use, missing};
+use crate::measure::dataset::Dataset;
+
+/// Largest number of steps that are added to the first model.
+const MOST_STEPS: usize = 16;
+
+/// Number of findings, and of contributions, that are tried at one step.
+const TRIED: usize = 4;
+
+/// Models whose squared errors at left-out postures are within this factor of the best count as equally good; the
+/// choice among them then depends on how well they extrapolate.
+const ABOUT_AS_GOOD: f64 = 1.5;
+
+/// Largest number of iterations of a fit that is trusted. A slower fit creeps along a valley that its data do not
+/// determine, so its predictions at other poses are not supported by them, even if it predicts rows near the fitted
+/// ones well. Useful models of real robots took 6 to 69 iterations, a harmful one 220.
+pub const READILY: usize = 120;
+
+/// Reason why a ladder ends.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// The residual is noise.
+    NothingLeft,
+    /// The residual is noise, and larger than stated.
+    NoiseLargerThanStated,
+    /// The fit of the last model did not converge, so its residual means nothing.
+    NotConverged(Outcome),
+    /// None of the steps tried improves the prediction at left-out postures.
+    NoStepHelps {
+        /// The effects tried, and the objections to each.
+        tried: Vec<(String, Vec<Objection>)>,
+    },
+    /// The largest number of steps was reached.
+    StepLimit,
+}
+
+impl StopReason {
+    /// Name in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            StopReason::NothingLeft => "nothing_left",
+            StopReason::NoiseLargerThanStated => "noise_larger_than_stated",
+            StopReason::NotConverged(_) => "not_converged",
+            StopReason::NoStepHelps { .. } => "no_step_helps",
+            StopReason::StepLimit => "most_rungs",
+        }
+    }
+}
+
+/// Progress of a ladder, for observers.
+#[derive(Debug)]
+pub enum Climb<'a> {
+    /// An effect is being added to the model of the last step.
+    Trying(&'a str),
+    /// The effect was refused, with the objections to it.
+    Refused(&'a str, &'a [Objection]),
+    /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.
+    Reached(&'a LadderStep),
+    /// The error curves, the steps and the whole library are being compared.
+    Choosing,
+}
+
+/// The steps from a first model towards the noise, and the recommended model.
+#[derive(Debug, Clone)]
+pub struct Ladder {
+    /// The steps, starting with the first model.
+    pub steps: Vec<LadderStep>,
+    /// Reason why it ends.
+    pub top: StopReason,
+    /// Every model that was compared with the first.
+    pub recommendation: Recommendation,
+    /// The recommended model, fitted, if it is not one of the steps.
+    pub other: Option<LadderStep>,
+    /// Contradiction by the rows of set `validation`, which the choice did not use: the recommendation is withdrawn.
+    pub withdrawn: Option<Contradiction>,
+}
+
+impl Ladder {
+    /// The first model.
+    pub fn first(&self) -> &LadderStep {
+        &self.steps[0]
+    }
+
+    /// The last step.
+    pub fn last(&self) -> &LadderStep {
+        &self.steps[self.steps.len() - 1]
+    }
+
+    /// Kind of the recommended model.
+    pub fn kind(&self) -> Kind {
+        if self.withdrawn.is_some() { Kind::Begin } else { self.recommendation.choice().kind }
+    }
+
+    /// The recommended model.
+    pub fn recommended(&self) -> &LadderStep {
+        match (&self.withdrawn, &self.other) {
+            (Some(_), _) => self.first(),
+            (None, Some(other)) => other,
+            (None, None) => step_of(&self.steps, self.recommendation.choice()).unwrap_or(self.first()),
+        }
+    }
+}
+
+/// Diagnoses, adds effects and refits until nothing is left or nothing helps; then compares the steps with the error
+/// curves of all joints and the whole library.
+///
+/// # Errors
+/// As [`ladder_step`](super::ladder::ladder_step), for the first model. A step that cannot be fitted is not taken.
+pub fn ladder(
+    datasets: &[(&str, &Dataset)],
+    model: &Model,
+    ground: HoldOut<'_>,
+    observer: &mut dyn FnMut(Climb<'_>),
+) -> Result<Ladder, IdentifyError> {
+    let mut steps = vec![ladder_step(datasets, model, ground)?];
+    observer(Climb::Reached(&steps[0]));
+    let top = loop {
+        let below = &steps[steps.len() - 1];
+        if below.diagnosis.verdict.is_noise() {
+            break match below.calibration.unconverged() {
+                Some(outcome) => StopReason::NotConverged(outcome),
+                None if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => StopReason::NoiseLargerThanStated,
+                None => StopReason::NothingLeft,
+            };
+        }
+        if steps.len() > MOST_STEPS {
+            break StopReason::StepLimit;
+        }
+        match best_step(datasets, below, ground, observer)? {
+            Ok(next) => {
+                observer(Climb::Reached(&next));
+                steps.push(*next);
+            }
+            Err(tried) => break StopReason::NoStepHelps { tried },
+        }
+    };
+    observer(Climb::Choosing);
+    let first = &steps[0];
+    let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
+    let examination = Examination::with(datasets, model, Vec::new())?;
+    let sets_suspects_aside =
+        |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
+    let bad = steps.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
+    let mut recommendation = recommend(datasets, &examination, [&added, bad], &library(datasets, first, ground))?;
+    let (chosen, other) = choose(datasets, &steps, &recommendation, ground)?;
+    recommendation.chosen = chosen;
+    if let Some(ladder_step) = &other {
+        observer(Climb::Reached(ladder_step));
+    }
+    let first = &steps[0];
+    let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
+    let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
+    Ok(Ladder { steps, top, recommendation, other, withdrawn })
+}
+
+/// The step that has the same model as a choice, if there is one.
+fn step_of<'r>(steps: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderStep> {
+    steps.iter().find(|ladder_step| ladder_step.model.effects == choice.model.effects)
+}
+
+/// Fits the choices that are about equally good at left-out postures. Selects the one with the lowest geometric mean of
+/// the error there and the error expected over the workspace. Returns its index, and its step if it is not one of the
+/// ladder's.
+///
+/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
+fn choose(
+    datasets: &[(&str, &Dataset)],
+    steps: &[LadderStep],
+    recommendation: &Recommendation,
+    ground: HoldOut<'_>,
+) -> Result<(usize, Option<LadderStep>), IdentifyError> {
+    let first = &steps[0];
+    let begun_well = first.calibration.unconverged().is_none();
+    let ranked = recommendation.ranked();
+    let left = |place: usize| recommendation.choices[place].left();
+    let (mut lowest_left, mut best) = (None, None::<(usize, Option<LadderStep>, f64)>);
+    for &place in &ranked {
+        let choice = &recommendation.choices[place];
+        if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
+            break;
+        }
+        let climbed = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
+        let reached = match climbed {
+            Some(_) => None,
+            None => match readily_fitted(datasets, &choice.model, ground) {
+                Some(ladder_step) => {
+                    Some(LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..ladder_step })
+                }
+                None => continue,
+            },
+        };
+        let Some(taken) = reached.as_ref().or(climbed) else { continue };
+        // If the first fit did not converge, a choice must also improve the error when it is refitted without each
+        // block in turn.
+        if taken.calibration.unconverged().is_some()
+            || taken.calibration.iterations > READILY
+            || (!begun_well && taken.cross_validated >= first.cross_validated)
+            || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
+        {
+            continue;
+        }
+        lowest_left.get_or_insert(left(place));
+        let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
+        // The error expected over the workspace and the error measured at left-out postures have equal weight.
+        let score = expected * left(place).sqrt();
+        if best.as_ref().is_none_or(|(_, _, lowest)| score < *lowest) {
+            best = Some((place, reached, score));
+        }
+    }
+    if let Some((place, ladder_step, _)) = best {
+        return Ok((place, ladder_step));
+    }
+    // Samples that disagree with all others are set aside whichever model is chosen.
+    let begin = &recommendation.choices[0];
+    let without = if step_of(steps, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
+    Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
+}
+
+/// Fits and judges a model; `None` unless its fit converges readily.
+fn readily_fitted(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
+    let examination = Examination::within_steps(datasets, model, READILY).ok()??;
+    examined_rung(datasets, model, &examination, ground).ok()
+}
+
+/// The next step, or the effects tried and the objections to each.
+pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
+
+/// Finds the step that a ladder takes after `below`.
+///
+/// # Errors
+/// When the gain of the effects cannot be computed. A step that cannot be fitted is not taken.
+pub fn best_step(
+    datasets: &[(&str, &Dataset)],
+    below: &LadderStep,
+    ground: HoldOut<'_>,
+    observer: &mut dyn FnMut(Climb<'_>),
+) -> Result<Next, IdentifyError> {
+    let mut tried = Vec::new();
+    let suspects = below.diagnosis.without_suspects();
+    if !suspects.is_empty() {
+        // A bad sample may seem useful as long as another one remains, so all suspects are set aside together.
+        let together = suspects.join(" and ");
+        observer(Climb::Trying(&together));
+        let objections = match add(datasets, below, &suspects, ground) {
+            Ok(next) => {
+                let mut objections = next.objections(below);
+                objections.extend(next.objection_of_the_others(below));
+                if !objections.iter().any(Objection::refuses) {
+                    return Ok(Ok(Box::new(next)));
+                }
+                objections
+            }
+            Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
+        };
+        observer(Climb::Refused(&together, &objections));
+        tried.push((together, objections));
+    }
+    let mut effects = candidates(&below.diagnosis);
+    if below.diagnosis.shape().is_some() {
+        // Samples in which a shape shows most are no bad samples: the shape is what is missing.
+        effects.retain(|id| effects::catalogue::set_aside_by(id).is_none() || suspects.contains(id));
+    }
+    if below.would_miss(suspects.len()) {
+        // If they are refused together, none of them is tried alone.
+        effects.retain(|id| !suspects.contains(id));
+    }
+    let gains = gains_of_each(datasets, &below.model, &effects)?;
+    let mut order: Vec<usize> = (0..effects.len()).collect();
+    if below.diagnosis.verdict == Verdict::Unexplained {
+        let gained = |k: usize| gains[k].iter().map(|g| g.share).sum::<f64>();
+        order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
+    }
+    for k in order {
+        let effect = &effects[k];
+        observer(Climb::Trying(effect));
+        let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
+            Some(gain) => vec![Objection::Gain(*gain)],
+            None => match add(datasets, below, std::slice::from_ref(effect), ground) {
+                Ok(next) => {
+                    let objections = next.objections(below);
+                    if !objections.iter().any(Objection::refuses) {
+                        return Ok(Ok(Box::new(next)));
+                    }
+                    objections
+                }
+                Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
+            },
+        };
+        observer(Climb::Refused(effect, &objections));
+        tried.push((effect.clone(), objections));
+    }
+    Ok(Err(tried))
+}
+
+/// Effects to try next: the first findings and, if the verdict is `Unexplained`, the largest contributions before them.
+fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
+    let found = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone());
+    if diagnosis.verdict != Verdict::Unexplained {
+        return found.take(TRIED).collect();
+    }
+    let contributing = diagnosis.contributions.iter().map(|c| c.effect.clone());
+    let mut all: Vec<String> = contributing.take(TRIED).chain(found.take(TRIED)).collect();
+    let mut seen = std::collections::BTreeSet::new();
+    all.retain(|e| seen.insert(e.clone()));
+    all
+}
+
+/// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width
+/// in a fit whose residuals are weighted by the stated noise.
+fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
+    if first.diagnosis.verdict.is_noise() {
+        return Vec::new();
+    }
+    let examined = Library::new(datasets, &first.model);
+    let noise = first.diagnosis.relevance.noise.max(f64::MIN_POSITIVE).sqrt();
+    let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
+    // A whole family is omitted, as its members are already included. So are effects whose data a check lacks, as they
+    // cannot be judged there.
+    let twice = |id: &str| examined.candidates.iter().any(|c| c.family == id && c.id != id);
+    widths
+        .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
+        .map(|(c, width)| (c.id.clone(), width / noise))
+        .collect()
+}
+
+/// True if every check contains the data that an effect needs.
+fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
+    ground.checks.iter().all(|(_, check)| {
+        let balls = check.ball_ids();
+        let subject = model.subject(&check.robot, &balls);
+        effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), check, model, Use::All).is_none())
+    })
+}

@@ -1,0 +1,78 @@
+//! Gain of single steps: the effects that one model has in addition to another, judged at left-out postures.
+
+use super::linear::Linear;
+use super::rule::Gain;
+use crate::diagnosis::Examination;
+use crate::diagnosis::folds::{Folds, postures};
+use crate::diagnosis::library::Candidate;
+use crate::effects;
+use crate::identify::Model;
+use crate::identify::calibration::IdentifyError;
+use crate::measure::dataset::Dataset;
+
+/// Computes the gain of `after` over `before`, one entry per division; empty if it adds nothing but samples set aside.
+///
+/// # Errors
+/// When an effect does not fit the data, or a matrix cannot be factored.
+pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
+    let is_new = |id: &&String| !before.effects.contains(id) && effects::catalogue::set_aside_by(id).is_none();
+    let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
+    if added.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut aside: Vec<&str> = after.effects.iter().filter_map(|id| effects::catalogue::set_aside_by(id)).collect();
+    aside.dedup();
+    let before = Model { own: after.own.clone(), ..before.clone() };
+    let widths = Model { width: after.width.clone(), ..before.clone() };
+    Ok(judged(datasets, &before, &widths, &[added], &aside)?.pop().unwrap_or_default())
+}
+
+/// Computes the gain of each of these effects alone in addition to a model.
+///
+/// # Errors
+/// As [`gains`].
+pub fn gains_of_each(
+    datasets: &[(&str, &Dataset)],
+    before: &Model,
+    effects: &[String],
+) -> Result<Vec<Vec<Gain>>, IdentifyError> {
+    let alone: Vec<Vec<&str>> = effects
+        .iter()
+        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.as_str()] })
+        .collect();
+    judged(datasets, before, before, &alone, &[])
+}
+
+fn judged(
+    datasets: &[(&str, &Dataset)],
+    before: &Model,
+    widths: &Model,
+    sets: &[Vec<&str>],
+    aside: &[&str],
+) -> Result<Vec<Vec<Gain>>, IdentifyError> {
+    let mut ids: Vec<&str> = sets.iter().flatten().copied().collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
+    let wide = Examination::with(datasets, before, candidates)?;
+    let mut linear = Linear::new(&wide, datasets);
+    for (sample, id) in wide.problem().sample_ids().iter().enumerate() {
+        linear.aside[sample] = aside.contains(&id.as_str());
+    }
+    let place = |id: &str| ids.iter().position(|i| *i == id).unwrap_or_default();
+    let variants: Vec<_> =
+        sets.iter().map(|set| linear.with(set.iter().map(|id| (place(id), widths.width_of(id).powi(-2))))).collect();
+    let base = linear.base();
+    let mut all = vec![Vec::new(); sets.len()];
+    for folds in Folds::all(&postures(&wide.circumstances), &wide.circumstances, &linear.places) {
+        let division = folds.division;
+        let products = linear.fold_products(folds);
+        let before = linear.held_out(&products, &base)?;
+        for ((variant, set), gains) in variants.iter().zip(sets).zip(&mut all) {
+            if !set.is_empty() {
+                gains.extend(Gain::of(division, &before, &linear.held_out(&products, variant)?));
+            }
+        }
+    }
+    Ok(all)
+}
