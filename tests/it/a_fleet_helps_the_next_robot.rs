@@ -165,9 +165,9 @@ fn beside_none(trials: u64, seed: u64, draw: impl Fn(&mut ChaCha8Rng) -> (Fleet,
     format!("{without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}")
 }
 
-/// The study of the page: `cargo test --release --test it -- --ignored --nocapture fleets_`.
+/// The study of docs/fleets.md.
 #[test]
-#[ignore = "a study of minutes; the page docs/fleets.md has its results"]
+#[ignore = "a study: validation/run a_fleet_helps_the_next_robot"]
 fn fleets_in_numbers() {
     let (trials, seed) = (asked("TRIALS", 40), asked("SEED", 40_000));
     for (gear, robots) in [(0.0, 20), (0.0, 5), (50.0 * URAD, 20)] {
@@ -190,7 +190,7 @@ fn fleets_in_numbers() {
 
 /// The small arms of the page: better made than the catalogue expects, which their fleet learns.
 #[test]
-#[ignore = "a study of a minute; the page docs/fleets.md has its results"]
+#[ignore = "a study: validation/run a_fleet_helps_the_next_robot"]
 fn fleets_of_small_arms_in_numbers() {
     for points in [10, 20, 40, 80] {
         let said = beside_none(asked("TRIALS", 40), asked("SEED", 90_000), |rng| {

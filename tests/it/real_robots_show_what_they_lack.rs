@@ -157,11 +157,15 @@ fn a_step_that_harms_another_campaign_is_refused() {
     }
     let of_b = |o: &&Objection| matches!(o, Objection::Campaign { name, by } if name.starts_with('B') && by.rms[1] > by.rms[0]);
     assert!(objections.iter().any(|o| of_b(&o) && o.refuses()), "{objections:?}");
+}
 
-    // B not fitted at all, only judged.
+/// B not fitted at all, only judged.
+#[test]
+fn a_step_that_harms_a_campaign_that_only_judges_is_refused() {
+    let (a, b) = (ur10(&[GRID], 0.0), ur10(&[CONFIGURATIONS], 0.0));
     let (fitted, checks) = ([("A", &a)], [("B", &b)]);
     let ground = HoldOut { checks: &checks, ..NOTHING_ELSE };
-    let below = ladder_step(&fitted, &below.model, ground).unwrap_or_else(|e| panic!("{e}"));
+    let below = ladder_step(&fitted, &with(&["harmonic:2:17"]), ground).unwrap_or_else(|e| panic!("{e}"));
     let next = add(&fitted, &below, &["harmonic:1:17".to_owned()], ground).unwrap_or_else(|e| panic!("{e}"));
     let objections = next.objections(&below);
     println!("B not fitted: {objections:?}");

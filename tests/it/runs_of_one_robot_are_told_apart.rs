@@ -119,9 +119,9 @@ const CLASSES: [(&str, f64, f64); 4] = [
     ("gears of 100 urad, pairs of joints 50", 100.0 * URAD, 50.0 * URAD),
 ];
 
-/// The study of the page: `cargo test --release --test it -- --ignored --nocapture runs_in_hundreds`.
+/// The study of docs/runs.md.
 #[test]
-#[ignore = "a study of minutes; the page docs/runs.md has its results"]
+#[ignore = "a study: validation/run runs_of_one_robot_are_told_apart"]
 fn runs_in_hundreds() {
     let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(300u64);
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1_000u64);

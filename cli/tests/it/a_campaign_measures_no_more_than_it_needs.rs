@@ -5,6 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use tempfile::TempDir;
+
 /// A short plan in the cell of table 8.
 const SCENARIO: &str = "format = \"calibench-scenario/1\"\nextends = \"BASE\"\n[plan]\npool_per_ball = 150\nstarts = 1\n";
 
@@ -16,13 +18,21 @@ fn rows(dataset: &Path) -> usize {
     fs::read_to_string(dataset.join("samples.csv")).unwrap().lines().count() - 1
 }
 
+/// A folder with the plan, and with a scenario of the same cell.
+fn planned(scenario: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, name) in [("table8.toml", "table8"), ("cell.toml", scenario)] {
+        let base = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"));
+        fs::write(folder.path().join(file), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
+    }
+    assert!(calibench(folder.path(), "plan table8.toml -o plan.toml").status.success());
+    folder
+}
+
 #[test]
 fn a_simulated_campaign_ends_when_it_is_enough() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = planned("table8");
     let at = folder.path();
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    fs::write(at.join("cell.toml"), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
-    assert!(calibench(at, "plan cell.toml -o plan.toml").status.success());
     let coarse = calibench(at, "measure cell.toml --plan plan.toml --until-mm 0.3 -o coarse");
     assert!(coarse.status.success(), "{}", String::from_utf8_lossy(&coarse.stderr));
     let said = String::from_utf8_lossy(&coarse.stdout).into_owned();
@@ -33,31 +43,43 @@ fn a_simulated_campaign_ends_when_it_is_enough() {
     let told = String::from_utf8_lossy(&again.stdout).into_owned();
     assert!(again.status.success() && told.starts_with("nothing to do"), "{told}");
     assert_eq!(told.lines().last(), said.lines().last());
-    // What no plan reaches is said, and everything is measured.
+    let too_far = calibench(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x");
+    assert_eq!(too_far.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&too_far.stderr).contains("0.001 to 10 mm"));
+}
+
+#[test]
+fn what_no_plan_reaches_is_said_and_everything_is_measured() {
+    let folder = planned("table8");
+    let at = folder.path();
     let never = calibench(at, "measure cell.toml --plan plan.toml --until-mm 0.001 -o never");
     assert_eq!((never.status.code(), rows(&at.join("never"))), (Some(1), 80));
     let said = String::from_utf8_lossy(&never.stdout).into_owned();
     assert!(said.contains("0.001 mm are not reached") && said.contains("after 80 probings"), "{said}");
     // The gauge is better than stated: that nothing is lacking cannot be said.
     assert!(said.contains("The noise is stated too large") && !said.contains("nothing that the model lacks"), "{said}");
-    // A robot that was warming up meanwhile is no reason for more poses.
-    let warm = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/warm-robot.toml");
-    fs::write(at.join("warm.toml"), SCENARIO.replace("BASE", warm.to_str().unwrap())).unwrap();
-    let never = calibench(at, "measure warm.toml --plan plan.toml --until-mm 0.02 -o warm");
+}
+
+#[test]
+fn a_robot_that_was_warming_up_meanwhile_is_no_reason_for_more_poses() {
+    let folder = planned("warm-robot");
+    let at = folder.path();
+    let never = calibench(at, "measure cell.toml --plan plan.toml --until-mm 0.02 -o warm");
     let said = String::from_utf8_lossy(&never.stdout).into_owned();
     assert!(
         never.status.code() == Some(1) && said.contains("let it warm up") && said.contains("`calibench diagnose warm`"),
         "{said}"
     );
-    // What gives way beneath the arm hides in the parameters of a short campaign: its own new poses speak against it.
-    let tilted = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/tilted-pedestal.toml");
-    fs::write(at.join("tilted.toml"), SCENARIO.replace("BASE", tilted.to_str().unwrap())).unwrap();
-    let hidden = calibench(at, "measure tilted.toml --plan plan.toml --until-mm 0.1 -o tilted");
+}
+
+/// What gives way beneath the arm hides in the parameters of a short campaign: its own new poses speak against it.
+#[test]
+fn new_poses_speak_against_what_a_short_campaign_hides() {
+    let folder = planned("tilted-pedestal");
+    let at = folder.path();
+    let hidden = calibench(at, "measure cell.toml --plan plan.toml --until-mm 0.1 -o tilted");
     let said = String::from_utf8_lossy(&hidden.stdout).into_owned();
     assert!(hidden.status.code() == Some(1) && said.contains("are not reached"), "{said}");
-    let too_far = calibench(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x");
-    assert_eq!(too_far.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&too_far.stderr).contains("0.001 to 10 mm"));
 }
 
 #[cfg(unix)]

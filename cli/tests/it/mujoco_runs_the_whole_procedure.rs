@@ -66,7 +66,7 @@ mod with_mujoco {
     #[test]
     fn the_program_runs_it_and_draws_it() {
         let folder = tempfile::tempdir().unwrap();
-        let file = scenario("mujoco-friction.toml");
+        let file = scenario("mujoco-pedestal.toml");
         let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
         let drawn = calibench(&["run", file.to_str().unwrap(), "--out", first.to_str().unwrap(), "--render", "--json"]);
         assert!(drawn.status.success(), "{}", said(&drawn));

@@ -1,5 +1,5 @@
-//! README and the pages that it leads to are correct: tables, verbs, tree and links match the program and the repository. What they
-//! tell a user to type is run by `every_command_on_the_pages_runs`.
+//! README and the pages that it leads to are correct: tables and verbs match the program. What they tell a user to type is run by
+//! `every_command_on_the_pages_runs`; links and the tree of the repository are checked by `calibench-house`.
 //!
 //! `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true` writes the present tables into the page of the
 //! validation.
@@ -19,14 +19,8 @@ const VALIDATION: &str = "docs/validation.md";
 /// The page of all verbs.
 const VERBS: &str = "docs/verbs.md";
 
-/// The page that tells what is where.
-const REPOSITORY: &str = "docs/repository.md";
-
 /// Concurrent tests write the same page.
 static PAGE: Mutex<()> = Mutex::new(());
-
-/// Folders that are not part of the repository, in addition to Python environments.
-const NOT_OURS: [&str; 3] = [".git", "target", "runs"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
@@ -196,110 +190,5 @@ fn its_verbs_are_those_of_the_program() {
         for verb in line.split(" prints").next().unwrap_or_default().split('`').skip(3).step_by(2) {
             assert!(help(&[verb, "--help"]).contains("--json"), "{VERBS}: `{verb}` has no --json");
         }
-    }
-}
-
-/// Folders in the page's tree, relative to the root.
-fn tree() -> BTreeSet<String> {
-    let mut above: Vec<String> = Vec::new();
-    let mut folders = BTreeSet::new();
-    for line in read(REPOSITORY).lines() {
-        let name = line.split_whitespace().next().unwrap_or_default();
-        let Some(name) = name.strip_suffix('/').filter(|n| !n.contains('`')) else { continue };
-        let depth = (line.len() - line.trim_start().len()) / 2;
-        above.truncate(depth);
-        above.push(name.to_owned());
-        folders.insert(above.join("/"));
-    }
-    folders
-}
-
-fn folders_in(folder: &str) -> BTreeSet<String> {
-    std::fs::read_dir(root().join(folder))
-        .expect("the folder is there")
-        .filter_map(Result::ok)
-        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|name| !NOT_OURS.contains(&name.as_str()) && !name.starts_with(".venv"))
-        .map(|name| if folder.is_empty() { name } else { format!("{folder}/{name}") })
-        .collect()
-}
-
-#[test]
-fn its_tree_is_the_repository() {
-    let tree = tree();
-    for folder in &tree {
-        assert!(root().join(folder).is_dir(), "{REPOSITORY}: there is no folder {folder}");
-    }
-    for listed in ["", "src", "report", "cli", "sim", "sim/src", "docs"] {
-        let missing: Vec<String> = folders_in(listed).difference(&tree).cloned().collect();
-        assert!(missing.is_empty(), "{REPOSITORY}: the tree does not tell of {missing:?}");
-    }
-}
-
-#[test]
-fn links_of_every_page_lead_somewhere() {
-    let mut pages =
-        vec![PathBuf::from("README.md"), "CONTRIBUTING.md".into(), "CHANGELOG.md".into(), "benches/README.md".into()];
-    for folder in ["docs", "docs/first-hour", "docs/formats", "docs/decisions", "docs/robots", "docs/studies"] {
-        let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
-        pages.extend(
-            entries.map(|e| Path::new(folder).join(e.file_name())).filter(|p| p.extension().is_some_and(|e| e == "md")),
-        );
-    }
-    let mut links = 0;
-    for page in &pages {
-        let text = read(&page.to_string_lossy());
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if link.starts_with("https://") || link.starts_with('#') {
-                continue;
-            }
-            let target = page.parent().unwrap_or(Path::new("")).join(link.split('#').next().unwrap_or_default());
-            assert!(root().join(&target).exists(), "{}: the link {link} leads nowhere", page.display());
-            links += 1;
-        }
-    }
-    assert!(links > 15, "only {links} links were found in {} pages", pages.len());
-}
-
-/// The first two commands of the README.
-fn opening_commands() -> Vec<String> {
-    let first_block = read("README.md").split("```sh\n").nth(1).and_then(|rest| rest.split("```").next().map(str::to_owned));
-    first_block.expect("the README opens with commands").lines().map(str::to_owned).collect()
-}
-
-#[test]
-fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
-    let script = read(".ci/run");
-    let commands = opening_commands();
-    assert_eq!(commands.len(), 2, "the README opens with two commands: {commands:?}");
-    assert_eq!(commands[1], "tests/run", "the second runs all tests");
-    for command in commands {
-        assert!(script.lines().any(|line| line.trim().ends_with(&command)), ".ci/run does not run `{command}`");
-    }
-    assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
-}
-
-#[test]
-fn its_picture_moves_where_motion_is_wanted_and_takes_nothing_from_elsewhere() {
-    let picture = read("docs/pictures/fall.svg");
-    assert!(read("README.md").contains("](docs/pictures/fall.svg)"), "the README shows another picture");
-    let (still, moving) = picture.split_once("@media (prefers-reduced-motion: no-preference)").expect("it asks for motion");
-    assert!(!still.contains("animation") && moving.contains("animation"), "it moves where motion is not wanted");
-    assert!(picture.contains("prefers-color-scheme: dark"), "it has no dark dress");
-    assert!(picture.contains("<title id="), "it does not say what it shows");
-    assert_eq!(picture.matches("http").count(), 1, "it links to more than the name of its format");
-    assert!(picture.len() < 20_000, "it is too large: {} bytes", picture.len());
-}
-
-#[cfg(unix)]
-#[test]
-fn its_scripts_can_be_executed() {
-    use std::os::unix::fs::PermissionsExt;
-    let pages = ["README.md", "docs/README.md", "docs/install.md", REPOSITORY, VALIDATION].map(read).concat();
-    for script in ["tests/run", "sim/setup.sh", ".ci/run", "docs/robots/make", "docs/book/make"] {
-        assert!(pages.contains(script), "no page tells of {script}");
-        let mode = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}")).permissions().mode();
-        assert!(mode & 0o111 == 0o111, "{script} is not executable");
     }
 }

@@ -36,9 +36,9 @@ fn run(seed: &str, threads: Option<&str>) -> BTreeMap<PathBuf, Vec<u8>> {
 
 #[test]
 fn threads_and_repetition_change_no_byte_and_the_seed_does() {
-    let first = run("3", Some("1"));
+    let first = run("3", Some("2"));
     assert!(first.len() > 10 && first.values().all(|bytes| !bytes.is_empty()), "{:?}", first.keys());
-    for threads in [Some("2"), Some("2"), Some("5"), None] {
+    for threads in [Some("1"), Some("5")] {
         let again = run("3", threads);
         assert!(again.keys().eq(first.keys()), "{threads:?} threads: {:?}", again.keys());
         for (path, bytes) in &first {

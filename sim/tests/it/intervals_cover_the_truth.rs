@@ -14,9 +14,12 @@ const HALF_WIDTH: f64 = 1.959_964;
 /// Promised range of the coverage of each parameter: the stated accuracies of instruments and TCP are rounded to two figures.
 const PROMISED: [f64; 2] = [0.93, 0.97];
 
-/// Number of campaigns unless `CALIBENCH_COVERAGE_SEEDS` is set: enough to detect intervals that are a fifth too short or a
-/// quarter too long; forty were not.
+/// Number of campaigns of the study unless `CALIBENCH_COVERAGE_SEEDS` is set: enough to detect intervals that are a fifth too
+/// short or a quarter too long; forty were not.
 const CAMPAIGNS: u64 = 80;
+
+/// Number of campaigns in every run of the tests: enough to detect intervals that are half as long as they should be.
+const FEW: u64 = 12;
 
 /// Probability that a parameter whose coverage is at the edge of the promise fails its test: 1 in 1,600 for 62 such
 /// parameters together.
@@ -76,10 +79,8 @@ fn judge(name: &str, scores: &[Score]) -> Vec<String> {
     wrong
 }
 
-#[test]
-fn ninety_five_per_cent_are_ninety_five_per_cent() {
+fn hold_the_truth(campaigns: u64) {
     let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml")).unwrap();
-    let campaigns = std::env::var("CALIBENCH_COVERAGE_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(CAMPAIGNS);
     let plans = Plans::new(&scenario, SEED).unwrap();
     let campaign = |trial| {
         let plans = plans.clone();
@@ -91,6 +92,17 @@ fn ninety_five_per_cent_are_ninety_five_per_cent() {
     assert_eq!((trical[0].parameters.len(), tracker[0].parameters.len()), (31, 25));
     let wrong = [judge("TriCal", &trical), judge("tracker", &tracker)].concat();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn ninety_five_per_cent_are_about_ninety_five_per_cent() {
+    hold_the_truth(FEW);
+}
+
+#[test]
+#[ignore = "a study of 80 campaigns: validation/run intervals_cover_the_truth"]
+fn ninety_five_per_cent_are_ninety_five_per_cent() {
+    hold_the_truth(std::env::var("CALIBENCH_COVERAGE_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(CAMPAIGNS));
 }
 
 #[test]

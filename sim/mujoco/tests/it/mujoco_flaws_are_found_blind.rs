@@ -1,8 +1,10 @@
 //! Flaws that only MuJoCo simulates are found by a diagnosis that shares no code with it: named, or in the set that it
 //! declares; and with the ladder's model the robot is as accurate as its noise permits.
 //!
-//! With `--nocapture` it prints every trial and the table.
+//! Each flaw is tried on one robot; the study of 60 robots, `validation/run mujoco_flaws_are_found_blind`, prints the table of
+//! docs/validation.md.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use calibench::diagnosis::{Verdict, diagnose};
@@ -26,7 +28,7 @@ const MOST_LEFT: f64 = 1.3;
 const SEEDS: u64 = 5;
 /// Residual of a flaw relative to the noise, above which it must be found.
 const VISIBLE: f64 = 4.0;
-/// Least number of robots, of 15, that must show a flaw this clearly; with fewer, its sizes are chosen too small.
+/// Least number of robots of the study, of 15, that must show a flaw this clearly; with fewer, its sizes are chosen too small.
 const ENOUGH: f64 = 4.0;
 
 /// One flaw at three sizes, with its name in the catalogue.
@@ -37,48 +39,49 @@ struct Flaw {
     truth: fn(f64, u64) -> (MujocoToml, String),
 }
 
-const FLAWS: [Flaw; 4] = [
-    Flaw {
-        name: "pedestal, urad/N·m",
-        sizes: [2.0, 6.0, 18.0],
-        truth: |size, _| {
-            let pedestal = Pedestal { x_urad_per_nm: size, y_urad_per_nm: 0.8 * size };
-            (MujocoToml { pedestal: Some(pedestal), ..MujocoToml::default() }, "pedestal".into())
-        },
+const PEDESTAL: Flaw = Flaw {
+    name: "pedestal, urad/N·m",
+    sizes: [2.0, 6.0, 18.0],
+    truth: |size, _| {
+        let pedestal = Pedestal { x_urad_per_nm: size, y_urad_per_nm: 0.8 * size };
+        (MujocoToml { pedestal: Some(pedestal), ..MujocoToml::default() }, "pedestal".into())
     },
-    Flaw {
-        name: "bearing, urad/N·m",
-        sizes: [10.0, 40.0, 120.0],
-        truth: |size, seed| {
-            let joint = [2, 3, 4][seed as usize % 3];
-            let bearing = vec![Bearing { joint, urad_per_nm: size }];
-            (MujocoToml { bearing, ..MujocoToml::default() }, format!("bearing_tilt:{joint}"))
-        },
+};
+
+const BEARING: Flaw = Flaw {
+    name: "bearing, urad/N·m",
+    sizes: [10.0, 40.0, 120.0],
+    truth: |size, seed| {
+        let joint = [2, 3, 4][seed as usize % 3];
+        let bearing = vec![Bearing { joint, urad_per_nm: size }];
+        (MujocoToml { bearing, ..MujocoToml::default() }, format!("bearing_tilt:{joint}"))
     },
-    Flaw {
-        name: "friction, lost motion urad",
-        sizes: [30.0, 80.0, 240.0],
-        truth: |size, seed| {
-            let joint = [2, 3, 4, 5][seed as usize % 4];
-            // Compliances of Table 8, urad/(N·m).
-            let compliance = [0.0, 52.1, 56.5, 152.2, 444.9, 491.5][joint - 1];
-            let friction = vec![Friction { joint, torque_nm: size / compliance, presliding_urad: 80.0 }];
-            (MujocoToml { friction, ..MujocoToml::default() }, format!("hysteresis:{joint}"))
-        },
+};
+
+const FRICTION: Flaw = Flaw {
+    name: "friction, lost motion urad",
+    sizes: [30.0, 80.0, 240.0],
+    truth: |size, seed| {
+        let joint = [2, 3, 4, 5][seed as usize % 4];
+        // Compliances of Table 8, urad/(N·m).
+        let compliance = [0.0, 52.1, 56.5, 152.2, 444.9, 491.5][joint - 1];
+        let friction = vec![Friction { joint, torque_nm: size / compliance, presliding_urad: 80.0 }];
+        (MujocoToml { friction, ..MujocoToml::default() }, format!("hysteresis:{joint}"))
     },
-    Flaw {
-        name: "stiffening, share at 60 N·m",
-        sizes: [0.03, 0.06, 0.1],
-        // At joint 3 the model hides too much of it. At the largest size (a quarter of the twist is missing at 100 N·m) the
-        // twist is no longer a cubic of the torque, and the diagnosis may say so: unexplained, with stiffening:2 contributing
-        // most.
-        truth: |size, _| {
-            let joint = 2;
-            let stiffening = vec![Stiffening { joint, share: size, at_nm: 60.0 }];
-            (MujocoToml { stiffening, ..MujocoToml::default() }, format!("stiffening:{joint}"))
-        },
+};
+
+const STIFFENING: Flaw = Flaw {
+    name: "stiffening, share at 60 N·m",
+    sizes: [0.03, 0.06, 0.1],
+    // At joint 3 the model hides too much of it. At the largest size (a quarter of the twist is missing at 100 N·m) the
+    // twist is no longer a cubic of the torque, and the diagnosis may say so: unexplained, with stiffening:2 contributing
+    // most.
+    truth: |size, _| {
+        let joint = 2;
+        let stiffening = vec![Stiffening { joint, share: size, at_nm: 60.0 }];
+        (MujocoToml { stiffening, ..MujocoToml::default() }, format!("stiffening:{joint}"))
     },
-];
+};
 
 fn measured(scenario: &Scenario, plans: &Plans, flaw: MujocoToml, seed: u64) -> Measurements {
     let mut truth = scenario.truth().keys().clone();
@@ -135,49 +138,78 @@ fn floor(scenario: &Scenario, plans: &Plans, seed: u64) -> f64 {
     error(&identify(&[("fit", &plain.fit)], &scenario.model).unwrap(), &plain.validation)
 }
 
-#[test]
-fn each_is_named_and_taken_away() {
+/// Judges robots with one flaw at each of `sizes`, one a seed; prints a row a size.
+fn judge(flaw: &Flaw, sizes: &[f64], seeds: RangeInclusive<u64>, enough: f64) {
+    calibench_mujoco::provide();
     let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/mujoco-pedestal.toml")).unwrap();
     let plans = Plans::new(&scenario, 1).unwrap();
-    let floors: Vec<f64> = (1..=SEEDS).into_par_iter().map(|seed| floor(&scenario, &plans, seed)).collect();
-    println!("without a flaw: {:.4} mm", floors.iter().sum::<f64>() / floors.len() as f64);
+    let floors: Vec<(u64, f64)> = seeds.into_par_iter().map(|seed| (seed, floor(&scenario, &plans, seed))).collect();
+    let robots = floors.len();
+    println!("without a flaw: {:.4} mm", floors.iter().map(|(_, floor)| floor).sum::<f64>() / robots as f64);
     println!(
         "{:30} {:>6} {:>8} {:>6} {:>7} {:>7} {:>12}",
         "flaw", "size", "visible", "named", "before", "after", "after/floor"
     );
-    let mut seen_by_flaw = Vec::new();
-    for flaw in &FLAWS {
-        let mut seen = Vec::new();
-        for size in flaw.sizes {
-            let numbered = floors.par_iter().enumerate();
-            let trials: Vec<Trial> =
-                numbered.map(|(k, floor)| trial(&scenario, &plans, flaw, size, k as u64 + 1, *floor)).collect();
-            let mean = |of: &dyn Fn(&Trial) -> Option<f64>| {
-                let all: Vec<f64> = trials.iter().filter_map(of).collect();
-                all.iter().sum::<f64>() / all.len() as f64
-            };
-            // With no robot that shows the flaw clearly there is nothing to report.
-            let or_dash = |value: f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.4}") };
-            println!(
-                "{:30} {size:6} {:8.2} {:3}/{SEEDS} {:7.4} {:>7} {:>12}",
-                flaw.name,
-                mean(&|t| Some(t.visible)),
-                trials.iter().filter(|t| t.named).count(),
-                mean(&|t| Some(t.before)),
-                or_dash(mean(&|t| t.after.map(|[after, _]| after))),
-                or_dash(mean(&|t| t.after.map(|[_, ratio]| ratio))),
-            );
-            seen.extend(trials.iter().filter_map(|t| t.after.map(|[_, ratio]| (t.named, ratio))));
-        }
-        seen_by_flaw.push((flaw.name, seen));
-    }
-    for (flaw, seen) in seen_by_flaw {
-        let robots = seen.len() as f64;
-        let named = seen.iter().filter(|(named, _)| *named).count() as f64 / robots;
-        let ratio = seen.iter().map(|(_, ratio)| ratio).sum::<f64>() / robots;
+    let mut seen = Vec::new();
+    for &size in sizes {
+        let trials: Vec<Trial> =
+            floors.par_iter().map(|(seed, floor)| trial(&scenario, &plans, flaw, size, *seed, *floor)).collect();
+        let mean = |of: &dyn Fn(&Trial) -> Option<f64>| {
+            let all: Vec<f64> = trials.iter().filter_map(of).collect();
+            all.iter().sum::<f64>() / all.len() as f64
+        };
+        // With no robot that shows the flaw clearly there is nothing to report.
+        let or_dash = |value: f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.4}") };
         println!(
-            "{flaw}: of {robots} robots that show it {named:.2} are named; afterwards they are at {ratio:.2} of the floor"
+            "{:30} {size:6} {:8.2} {:3}/{robots} {:7.4} {:>7} {:>12}",
+            flaw.name,
+            mean(&|t| Some(t.visible)),
+            trials.iter().filter(|t| t.named).count(),
+            mean(&|t| Some(t.before)),
+            or_dash(mean(&|t| t.after.map(|[after, _]| after))),
+            or_dash(mean(&|t| t.after.map(|[_, ratio]| ratio))),
         );
-        assert!(robots >= ENOUGH && named >= 0.9 && ratio < MOST_LEFT, "{flaw}");
+        seen.extend(trials.iter().filter_map(|t| t.after.map(|[_, ratio]| (t.named, ratio))));
+    }
+    let robots = seen.len() as f64;
+    let named = seen.iter().filter(|(named, _)| *named).count() as f64 / robots;
+    let ratio = seen.iter().map(|(_, ratio)| ratio).sum::<f64>() / robots;
+    println!(
+        "{}: of {robots} robots that show it {named:.2} are named; afterwards they are at {ratio:.2} of the floor",
+        flaw.name
+    );
+    assert!(robots >= enough && named >= 0.9 && ratio < MOST_LEFT, "{}", flaw.name);
+}
+
+/// One robot with the flaw at its largest.
+fn judge_one(flaw: &Flaw) {
+    judge(flaw, &flaw.sizes[2..], 1..=1, 1.0);
+}
+
+#[test]
+fn a_pedestal_is_named_and_taken_away() {
+    judge_one(&PEDESTAL);
+}
+
+#[test]
+fn a_bearing_is_named_and_taken_away() {
+    judge_one(&BEARING);
+}
+
+#[test]
+fn friction_is_named_and_taken_away() {
+    judge_one(&FRICTION);
+}
+
+#[test]
+fn stiffening_is_named_and_taken_away() {
+    judge_one(&STIFFENING);
+}
+
+#[test]
+#[ignore = "a study of 60 robots: validation/run mujoco_flaws_are_found_blind"]
+fn each_is_named_and_taken_away() {
+    for flaw in [PEDESTAL, BEARING, FRICTION, STIFFENING] {
+        judge(&flaw, &flaw.sizes, 1..=SEEDS, ENOUGH);
     }
 }

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 
+use crate::root;
+
 /// A package, and those of the workspace that it may depend on.
 const PACKAGES: [(&str, &[&str]); 9] = [
     ("src", &[]),
@@ -24,10 +26,6 @@ const LONGEST_FILE: usize = 400;
 
 /// A module by the names from the crate's root.
 type Module = Vec<String>;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {

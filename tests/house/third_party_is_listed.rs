@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use crate::root;
+
 /// Tables of a `Cargo.toml` that name dependencies, and how the page marks packages that are in no other.
 const KINDS: [(&str, &str); 3] = [("dependencies", ""), ("dev-dependencies", " (tests)"), ("build-dependencies", " (build)")];
 
@@ -13,10 +15,6 @@ const KINDS: [(&str, &str); 3] = [("dependencies", ""), ("dev-dependencies", " (
 struct Row {
     version: String,
     users: String,
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
 fn read(path: &Path) -> Table {

