@@ -1,19 +1,39 @@
 //! Calibrates industrial robots: measurement, identification, diagnosis of what the model is missing, compensation.
 //!
+//! A robot repeats to a few hundredths of a millimetre and misses its targets by a millimetre. This library takes what was
+//! measured, by laser tracker or by a gauge of three indicators on balls, finds the parameters of the arm with their
+//! uncertainties, names the physical effect that the model lacks, predicts the error at poses that nobody measured, and says
+//! what to command instead. It knows nothing of simulation, reports or the command line: those are the packages
+//! `calibench-sim`, `calibench-report` and `calibench-cli`.
+//!
+//! # The equation
+//!
 //! Everything rests on one equation, with three residual components per sample, never collapsed to a norm:
 //!
 //! ```text
 //! residual = ball_in_world - world_from_tool(joints, deviations) * gauge(reading)
 //! ```
 //!
-//! A laser-tracker sample obeys the same equation, with the measured point in place of the ball.
-//! Modules in reading order: [`robot`] (the arm), [`effects`] (its possible errors), [`cell`] (the objects in the cell),
-//! [`measure`] (taking the data), [`identify`] (estimating the parameters), [`residuals`], [`diagnosis`], [`prediction`] and
-//! [`selection`] (judging them and finding what is missing), [`planning`] (the next measurements), [`monitoring`] (whether a
-//! calibration still holds), [`compensate`] (using it).
+//! A laser-tracker sample obeys the same equation, with the measured point in place of the ball. The arm is a chain in
+//! modified Denavit-Hartenberg parameters with Hayati's beta and joints that twist under gravity,
+//!
+//! ```text
+//! T_i = Rx(alpha_{i-1}) Tx(a_{i-1}) Ry(beta_{i-1}) Rz(theta_i) Tz(d_i),    theta_i = q_i + offset_i + c_i tau_i
+//! ```
+//!
+//! and every other error is an effect that says which parts of the arm it moves, per unit of its parameters. The method is
+//! that of Icli, Stepanenko and Bonev, Sensors 20 (2020) 5919.
+//!
+//! # Reading order
+//!
+//! [`robot`] (the arm), [`effects`] (its possible errors), [`cell`] (the objects in the cell), [`measure`] (taking the data),
+//! [`identify`] (estimating the parameters), [`residuals`], [`diagnosis`], [`prediction`] and
+//! [`selection`] (judging them, and finding what is missing), [`planning`] (the next measurements), [`compensate`] (using
+//! them), [`monitoring`] (whether they still hold); beside them [`import`]
+//! (data of others), [`files`] (reading and writing) and [`math`].
 //! SI inside; millimetres, micrometres and degrees outside, with the unit in the name ([`units`]).
 //!
-//! From a dataset to a calibration:
+//! # From a dataset to a calibration
 //!
 //! ```
 //! use calibench::identify::calibration::write_calibration;
@@ -45,6 +65,21 @@
 //! # assert!((base_x.value - 0.002).abs() < base_x.sigma);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Features
+//!
+//! * `schema`: the JSON Schemas of the files that this library reads. Off by default.
+//!
+//! # Limits
+//!
+//! * Errors of an arm at rest: no dynamics, no vibration, no control.
+//! * Serial chains of joints that turn or slide. Those that slide are identified and compensated; poses are planned and
+//!   motions checked for chains of joints that turn.
+//! * A diagnosis knows the effects of its catalogue and those that a user adds; of others it says that something is left.
+//! * Parameters that the data cannot distinguish are named, not guessed.
+//! * The drivers are for KUKA controllers, tried on servers that emulate one.
+//!
+//! Public names stay within a minor version; `docs/stability.md` in the repository says what else does.
 
 pub mod cell;
 pub mod compensate;

@@ -67,3 +67,8 @@ pub use tables::{
     unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence, without_marks,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

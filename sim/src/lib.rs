@@ -32,3 +32,8 @@ pub mod tilt;
 pub mod tracker;
 pub mod true_arm;
 pub mod world;
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -25,6 +25,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    arguments.products.expect()?;
     check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let waiting = Waiting::new("reading");
     let merged = merge(&arguments.shards, arguments.output.as_deref())?;

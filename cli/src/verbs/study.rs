@@ -52,6 +52,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    arguments.products.expect()?;
     check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let Arguments { trials, first, output, products, .. } = arguments;
     let extent = extent(*first, *trials)?;

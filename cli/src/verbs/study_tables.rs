@@ -8,12 +8,14 @@ use serde_json::{Map, Value, json};
 
 use super::failure::Failure;
 use super::streams::output;
-use calibench_lab::study::{Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, study_page, write_parquet};
+use calibench_lab::study::{
+    Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, expect_parquet, study_page, write_parquet,
+};
 
 /// Optional products of a table of trials.
 #[derive(clap::Args)]
 pub struct Products {
-    /// Output file for the table of trials in Parquet format
+    /// Output file for the table of trials in Parquet format, by a program built with the feature `parquet`
     #[arg(long, value_name = "FILE", value_parser = output())]
     pub parquet: Option<PathBuf>,
     /// Output file for a self-contained page (HTML): response curves with their bands, and the numbers
@@ -25,6 +27,11 @@ impl Products {
     /// The requested files.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.parquet.iter().chain(&self.report)
+    }
+
+    /// Refuses, before the work, what this build of the program cannot write.
+    pub fn expect(&self) -> Result<(), Failure> {
+        self.parquet.iter().try_for_each(|path| expect_parquet(path)).map_err(Failure::from)
     }
 
     /// Writes the requested files.

@@ -37,6 +37,7 @@ mod runs_and_fleets_go_through_the_program;
 mod same_seed_same_bytes;
 mod scenarios_meet_their_expectations;
 mod served;
+mod symbols_are_written_down;
 mod the_gallery_shows_what_it_says;
 mod the_ladder_stops_where_it_should;
 mod the_precision_test_lands_where_the_paper_did;

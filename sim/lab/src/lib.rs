@@ -9,3 +9,8 @@ pub mod precision;
 pub mod prove;
 pub mod study;
 pub mod suite;
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

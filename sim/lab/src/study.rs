@@ -10,6 +10,7 @@ mod distribution;
 mod extent;
 mod merge;
 mod page;
+#[cfg_attr(not(feature = "parquet"), path = "study/without_parquet.rs")]
 mod parquet;
 mod rare;
 mod rows;
@@ -33,7 +34,7 @@ pub use distribution::Distribution;
 pub use extent::Extent;
 pub use merge::{Merged, merge};
 pub use page::study_page;
-pub use parquet::write_parquet;
+pub use parquet::{expect_parquet, write_parquet};
 pub use rows::Columns;
 pub use rows_file::{RowsFile, RowsReader};
 pub use run::run;

@@ -26,3 +26,8 @@ pub fn provide() {
         Ok(Box::new(MujocoPlant::of(&machine(scenario, streams, parts)?)?))
     });
 }
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

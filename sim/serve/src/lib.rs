@@ -179,3 +179,8 @@ fn pseudo_terminal(_: Rc<Floor>, _: usize, _: Rc<RefCell<Instrument>>) -> Result
     let error = io::Error::new(io::ErrorKind::Unsupported, "this system has none; give --indicator-port 0");
     Err(ServeError::System { what: "a pseudo-terminal".into(), error })
 }
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

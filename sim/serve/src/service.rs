@@ -28,6 +28,24 @@ pub struct Service {
     pub takes_commands: bool,
 }
 
+impl Default for Service {
+    /// Any ports, pseudo-terminals, real time, no faults: as `calibench serve` without flags.
+    fn default() -> Self {
+        Service {
+            robot_port: 0,
+            indicator_port: None,
+            time_scale: 1.0,
+            indicators: Manner::default(),
+            robot: RobotManner::default(),
+            program: Loop::default(),
+            mode: "AUT".into(),
+            faults: Vec::new(),
+            stands: None,
+            takes_commands: false,
+        }
+    }
+}
+
 /// The variable server and its behaviour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RobotManner {

@@ -29,6 +29,14 @@ enum Holds {
     Text,
 }
 
+/// Refuses an output that this build cannot write: with the feature `parquet` it can.
+///
+/// # Errors
+/// Without the feature, always.
+pub fn expect_parquet(_output: &Path) -> Result<(), FileError> {
+    Ok(())
+}
+
 /// Writes the rows of one or more files, in that order, as one Parquet file; an empty field is a null. An axis is numeric if
 /// all its values are numbers.
 ///
