@@ -55,8 +55,8 @@ export function residuals(report) {
       "p",
       {},
       "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus " +
-        "reported, that would take up the most of a residual; samples in which it has less than a fifth of its longest " +
-        "lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data.",
+        "reported, that would take up the most of a residual; samples in which it has less than a fifth of its " +
+        "longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data.",
       samples.length < of ? ` Of ${of} samples ${samples.length} are drawn, evenly; means are of all.` : "",
     ),
     candidates.length > 1 && element("fieldset", {}, legend, candidates.map(option)),
