@@ -55,8 +55,8 @@ pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelieva
 pub use next::{detectability_text, next_sentences, next_table};
 pub use next_step::{in_question_sentence, next_step_sentences};
 pub use page::{
-    AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LivePage, Page, PageModel, PageSubject, Views,
-    chart_page_html, page_html,
+    AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LinkError, LivePage, Module, Page, PageModel,
+    PageSubject, Views, chart_page_html, linked, page_html, page_script,
 };
 pub use plausible::Plausible;
 pub use recommended::Recommended;

@@ -10,6 +10,7 @@ mod html;
 mod page_model;
 mod pictures;
 mod residuals;
+mod script;
 mod space;
 mod steps;
 mod telling;
@@ -26,9 +27,11 @@ use calibench::measure::dataset::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
 pub(crate) use self::html::script_sources;
-pub use self::html::{LivePage, chart_page_html, page_html};
+pub use self::html::{LivePage, chart_page_html, page_html, page_script};
 pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;
+pub(crate) use self::script::linked_or_told;
+pub use self::script::{LinkError, Module, linked};
 pub use self::views::{FittedCandidate, Views};
 
 /// Format tag.

@@ -27,7 +27,7 @@ mod work;
 pub use self::asked::{ACTIONS, Unanswered, VIEWS};
 pub use self::bench::Bench;
 pub use self::case::Case;
-pub use self::front::{MARKUP, SCRIPT, STYLE};
+pub use self::front::{MARKUP, MODULES, STYLE};
 pub use self::in_browser::page_in_browser;
 pub use self::opening::{LocatedError, copied_rows, locate_in_data, located_misfit, model_for};
 pub use self::proposal_files::write_proposal;

@@ -124,8 +124,7 @@ class Page:
         self.unfolds()
         files = [(f"{name}/{n}", (folder / name / n).read_text(encoding="utf-8")) for name in names for n in ("dataset.toml", "samples.csv")]
         self.page.evaluate("""files => {
-          opening.files = files.map(([path, text]) => ({ path, file: new File([text], path.split("/").pop()) }));
-          open_files();
+          calibench.open(files.map(([path, text]) => ({ path, file: new File([text], path.split("/").pop()) })));
         }""", files)
         self.page.wait_for_selector("body:not([data-opening])[aria-busy='false']", timeout=PATIENCE)
 
@@ -140,7 +139,7 @@ class Page:
         return self.page.locator(f"#{at}").inner_text()
 
     def asks(self, what):
-        return self.page.evaluate("what => backend.ask(what)", what)
+        return self.page.evaluate("what => calibench.ask(what)", what)
 
 
 def held_against(program, page, folder, scratch, found, took):

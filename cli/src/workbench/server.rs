@@ -13,14 +13,17 @@ use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::http::{Response, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::routing::{get, post};
-use calibench_report::LivePage;
-use calibench_report::workbench::{ACTIONS, Bench, MARKUP, SCRIPT, STYLE, Unanswered, VIEWS};
+use calibench_report::workbench::{ACTIONS, Bench, MARKUP, MODULES, STYLE, Unanswered, VIEWS};
+use calibench_report::{LivePage, Module, page_script};
 use serde_json::{Value, json};
 use tokio::runtime;
 
 use super::connections;
 use super::gate::{Gate, Turned, random_hex};
 use calibench_serve::interruption::interrupted;
+
+/// The script of the page.
+const SCRIPT: Module = Module { name: "calibench-cli/server.js", text: include_str!("server.js") };
 
 /// Longest body, bytes: enough for an expression and some dataset names.
 const LONGEST_BODY: usize = 64 << 10;
@@ -137,13 +140,8 @@ async fn shell() -> Answer {
     let policy = format!(
         "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; base-uri 'none'; form-action 'none'"
     );
-    let page = LivePage {
-        policy: &policy,
-        nonce: &nonce,
-        style: STYLE,
-        markup: MARKUP,
-        script: &[include_str!("server.js"), SCRIPT].concat(),
-    };
+    let script = page_script(SCRIPT, MODULES);
+    let page = LivePage { policy: &policy, nonce: &nonce, style: STYLE, markup: MARKUP, script: &script };
     let answer = Response::builder()
         .header(header::CONTENT_TYPE, "text/html; charset=utf-8")
         .header(header::CONTENT_SECURITY_POLICY, format!("{policy}; frame-ancestors 'none'"))

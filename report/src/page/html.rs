@@ -5,25 +5,58 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use super::script::{Module, linked_or_told};
+use crate::modules;
+
 const PAGE: &str = include_str!("index.html");
 const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
 /// The three indicators on their ball.
 const ICON: &str = include_str!("icon.svg");
-const THEME: &str = include_str!("theme.js");
-const DRAWING: &str =
-    concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("linked.js"), include_str!("redraw.js"));
-const SCRIPT: &str = concat!(
-    include_str!("contents.js"),
-    include_str!("page.js"),
-    include_str!("falling.js"),
-    include_str!("candidates.js"),
-    include_str!("against.js"),
-    include_str!("space.js"),
-    include_str!("maps.js"),
-    include_str!("residuals.js"),
-    include_str!("sections.js")
+/// What every page can import.
+const MODULES: &[Module] = modules!("calibench-report", ".":
+    "accuracy.js",
+    "against.js",
+    "candidates.js",
+    "centring.js",
+    "charts.js",
+    "contents.js",
+    "contributions.js",
+    "drawing.js",
+    "drawn.js",
+    "elements.js",
+    "falling.js",
+    "handling.js",
+    "heat_map.js",
+    "key.js",
+    "linked.js",
+    "maps.js",
+    "models.js",
+    "options.js",
+    "painting.js",
+    "panels.js",
+    "parameters.js",
+    "poses.js",
+    "provenance.js",
+    "ranges.js",
+    "redraw.js",
+    "render.js",
+    "residuals.js",
+    "scales.js",
+    "scene.js",
+    "space.js",
+    "telling.js",
+    "text.js",
+    "theme.js",
+    "told.js",
+    "two_models.js",
+    "verdict.js",
+    "workspace.js",
 );
+/// What runs before anything is drawn.
+const HEAD: Module = Module { name: "calibench-report/head.js", text: include_str!("head.js") };
+/// The script of a report.
+const REPORT: Module = Module { name: "calibench-report/report.js", text: include_str!("report.js") };
 const CHARTS: &str = include_str!("echarts/echarts.min.js");
 const NOTICE: &str = include_str!("echarts/NOTICE");
 
@@ -35,23 +68,23 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 /// The document remains text: `<`, `>` and `&` are written as JSON escapes, so no name can end the element that holds it, and
 /// the script creates no markup from it.
 pub fn page_html(document: &Value) -> String {
-    laid_out(&embedded(document), "", &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+    let script = page_script(REPORT, &[]);
+    laid_out(&embedded(document), "", &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: &script })
 }
 
-/// A page of charts on any subject, in the style of the report: `script` finds the document in the element `data` and may use
-/// the contents of `elements.js` and `charts.js`; `title` is markup and is not escaped.
-pub fn chart_page_html(title: &str, script: &str, document: &Value) -> String {
-    let data = embedded(document);
+/// A page of charts on any subject, in the style of the report: `script` finds the document in the element `data` and may import
+/// the modules of the report; `title` is markup and is not escaped.
+pub fn chart_page_html(title: &str, script: Module, document: &Value) -> String {
+    let (data, head, script) = (embedded(document), page_script(HEAD, &[]), page_script(script, &[]));
     let parts = [
         ("POLICY", POLICY),
         ("TITLE", title),
-        ("THEME", THEME),
+        ("HEAD", &head),
         ("STYLE", STYLE),
         ("NOTICE", NOTICE),
         ("DATA", &data),
         ("CHARTS", CHARTS),
-        ("DRAWING", DRAWING),
-        ("SCRIPT", script),
+        ("SCRIPT", &script),
     ];
     filled(CHART_PAGE, &parts)
 }
@@ -70,7 +103,7 @@ pub struct LivePage<'a> {
     pub style: &'a str,
     /// Markup before the verdict.
     pub markup: &'a str,
-    /// Additional script, which calls `render(document)`.
+    /// The script, by [`page_script`], which lays out documents by `render` of `render.js`.
     pub script: &'a str,
 }
 
@@ -83,18 +116,24 @@ impl LivePage<'_> {
     }
 }
 
+/// The script of a page: a module with what it imports of the report's modules and of `more`.
+pub fn page_script(entry: Module, more: &[Module]) -> String {
+    linked_or_told(entry, &[MODULES, more])
+}
+
 /// The scripts of a live page as its policy names them, by hash: for a page that is not served, and so has no nonce.
 pub(crate) fn script_sources(script: &str) -> String {
-    let all = [THEME, CHARTS, &[DRAWING, SCRIPT, script].concat()];
+    let all = [&page_script(HEAD, &[]), CHARTS, script];
     all.map(|text| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text)))).join(" ")
 }
 
 fn laid_out(data: &str, icon: &str, live: &LivePage<'_>) -> String {
+    let head = page_script(HEAD, &[]);
     let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
     let parts = [
         ("POLICY", live.policy),
         ("ICON", icon),
-        ("THEME", THEME),
+        ("HEAD", &head),
         ("STYLE", STYLE),
         ("LIVE_STYLE", live.style),
         ("LIVE", live.markup),
@@ -102,9 +141,7 @@ fn laid_out(data: &str, icon: &str, live: &LivePage<'_>) -> String {
         ("NOTICE", NOTICE),
         ("DATA", data),
         ("CHARTS", CHARTS),
-        ("DRAWING", DRAWING),
-        ("SCRIPT", SCRIPT),
-        ("LIVE_SCRIPT", live.script),
+        ("SCRIPT", live.script),
     ];
     filled(PAGE, &parts)
 }
@@ -126,6 +163,7 @@ fn filled(template: &str, parts: &[(&str, &str)]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::script::linked;
     use super::*;
     use serde_json::json;
 
@@ -134,7 +172,8 @@ mod tests {
         let hostile = "</script><script>alert(1)</script><!-- {{SCRIPT}}";
         let page = page_html(&json!({"title": hostile, "verdict": {"headline": ""}}));
         assert!(!page.contains("<script>alert") && page.contains("\\u003c/script\\u003e"));
-        for part in [THEME, STYLE, DRAWING, SCRIPT, CHARTS] {
+        let [head, script] = [HEAD, REPORT].map(|entry| linked(entry, &[MODULES]).expect("modules that fit together"));
+        for part in [&head, STYLE, &script, CHARTS] {
             assert_eq!(page.matches(part).count(), 1);
             assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
         }

@@ -1,41 +1,58 @@
-"use strict";
-// A sample that is looked at in one picture is marked in all of them: with a ring in the charts, as an arrow with the arm in space.
+// @ts-check
+// A sample that is looked at in one picture is marked in all of them: with a ring in the charts, as an arrow with the
+// arm in space.
 
-const looked_at = { id: null, watchers: new Set(), frame: null };
+import { drawn } from "./drawn.js";
+import { byId, element } from "./elements.js";
+import { digits } from "./text.js";
 
-// `said` is read out to those who do not see the rings.
-function look_at(id, said = null) {
-  const spoken = document.getElementById("spoken");
+/** @type {{ id: string | null, watchers: Set<(id: string | null) => void>, frame: number | null }} */
+export const lookedAt = { id: null, watchers: new Set(), frame: null };
+
+/**
+ * @param {string | null} id
+ * @param {string | null} said is read out to those who do not see the rings
+ */
+export function lookAt(id, said = null) {
+  const spoken = byId("spoken");
   if (said && spoken) spoken.textContent = said;
-  if (looked_at.id === id) return;
-  looked_at.id = id;
+  if (lookedAt.id === id) return;
+  lookedAt.id = id;
   // Once a frame, however fast the pointer runs over the points.
-  looked_at.frame ??= requestAnimationFrame(() => {
-    looked_at.frame = null;
+  lookedAt.frame ??= requestAnimationFrame(() => {
+    lookedAt.frame = null;
     for (const one of drawn) ring(one);
-    for (const watcher of looked_at.watchers) watcher(looked_at.id);
+    for (const watcher of lookedAt.watchers) watcher(lookedAt.id);
   });
 }
 
-// The samples of a chart, by their id: where they stand.
-function points_of(option) {
+/**
+ * The samples of a chart, by their id: where they stand.
+ * @param {Option} option
+ * @returns {Map<string, Point[]>}
+ */
+function pointsOf(option) {
   const points = new Map();
   for (const { type, data, name } of [option.series ?? []].flat()) {
     if (type !== "scatter") continue;
     for (const item of data ?? []) {
       const value = item?.value ?? item;
-      if (typeof value?.[2] === "string") points.set(value[2], [...(points.get(value[2]) ?? []), { x: value[0], y: value[1], name }]);
+      if (typeof value?.[2] !== "string") continue;
+      points.set(value[2], [...(points.get(value[2]) ?? []), { x: value[0], y: value[1], name }]);
     }
   }
   return points;
 }
 
-// Rings around the sample that is looked at.
+/**
+ * Rings around the sample that is looked at.
+ * @param {Drawn} one
+ */
 function ring(one) {
   for (const old of one.rings ?? []) old.remove();
   one.rings = [];
-  const points = one.points?.get(looked_at.id);
-  if (!points || !one.chart) return;
+  const points = lookedAt.id === null ? null : one.points?.get(lookedAt.id);
+  if (!points || !one.chart?.convertToPixel) return;
   for (const { x, y } of points) {
     const [left, top] = one.chart.convertToPixel({ xAxisIndex: 0, yAxisIndex: 0 }, [x, y]);
     const mark = element("span", { class: "ring" });
@@ -46,27 +63,47 @@ function ring(one) {
   }
 }
 
-// Links a drawn chart with the other pictures, if it shows samples.
-function link(one, option) {
-  one.points = points_of(option);
+/**
+ * Links a drawn chart with the other pictures, if it shows samples.
+ * @param {Drawn} one
+ * @param {Chart} drawing
+ * @param {Option} option
+ */
+export function link(one, drawing, option) {
+  const { host } = one;
+  one.points = pointsOf(option);
   if (!one.points.size) return;
-  const { host, points, chart: drawing } = one;
-  drawing.on("mouseover", ({ value }) => typeof value?.[2] === "string" && look_at(value[2]));
+  drawing.on("mouseover", ({ value }) => typeof value?.[2] === "string" && lookAt(value[2]));
   ring(one);
   if (host.tabIndex === 0) return;
   host.tabIndex = 0;
   host.setAttribute("role", "application");
   host.setAttribute("aria-roledescription", "chart: arrow keys go from sample to sample");
   host.addEventListener("keydown", (event) => {
-    const order = [...one.points].filter(([, of]) => of[0].x !== null).sort(([, a], [, b]) => a[0].x - b[0].x).map(([id]) => id);
-    const at = order.indexOf(looked_at.id);
-    const next = { ArrowRight: at + 1, ArrowLeft: at < 0 ? 0 : at - 1, Home: 0, End: order.length - 1 }[event.key];
-    if (event.key === "Escape") look_at(null, "no sample marked");
-    else if (next === undefined) return;
-    else {
-      const id = order[Math.min(order.length - 1, Math.max(0, next))];
-      look_at(id, one.points.get(id).map(({ x, y, name }) => `${id}: ${name === "candidate" ? "the candidate takes " : ""}${digits(y)} at ${digits(x, 4)}`).join("; "));
-    }
-    event.preventDefault();
+    if (step(one.points ?? new Map(), event.key)) event.preventDefault();
   });
+}
+
+/**
+ * Goes to another sample; false if the key leads nowhere.
+ * @param {Map<string, Point[]>} points
+ * @param {string} key
+ */
+function step(points, key) {
+  if (key === "Escape") {
+    lookAt(null, "no sample marked");
+    return true;
+  }
+  const order = [...points].filter(([, of]) => of[0].x !== null).sort(([, a], [, b]) => a[0].x - b[0].x);
+  const at = order.findIndex(([id]) => id === lookedAt.id);
+  /** @type {Record<string, number | undefined>} */
+  const leads = { ArrowRight: at + 1, ArrowLeft: at < 0 ? 0 : at - 1, Home: 0, End: order.length - 1 };
+  const next = leads[key];
+  if (next === undefined) return false;
+  const [id, places] = order[Math.min(order.length - 1, Math.max(0, next))];
+  /** @type {(place: Point) => string} */
+  const said = ({ x, y, name }) =>
+    `${id}: ${name === "candidate" ? "the candidate takes " : ""}${digits(y)} at ${digits(x, 4)}`;
+  lookAt(id, places.map(said).join("; "));
+  return true;
 }

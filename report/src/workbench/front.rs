@@ -1,10 +1,20 @@
 //! The page of the workbench, beside that of a report.
 
+use crate::{Module, modules};
+
 /// Its style sheet.
 pub const STYLE: &str = include_str!("page/bench.css");
 
 /// Its markup.
 pub const MARKUP: &str = include_str!("page/bench.html");
 
-/// Its script, after that of whatever answers it: `backend`.
-pub const SCRIPT: &str = include_str!("page/bench.js");
+/// The modules of its script, of which `bench.js` begins the workbench with whatever answers it.
+pub const MODULES: &[Module] = modules!("calibench-workbench", "page":
+    "actions.js",
+    "answers.js",
+    "bench.js",
+    "candidates.js",
+    "figures.js",
+    "proposal.js",
+    "state.js",
+);

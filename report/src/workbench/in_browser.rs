@@ -6,12 +6,15 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use calibench::files::{FileError, read_bytes};
 
-use super::front::{MARKUP, SCRIPT, STYLE};
-use crate::page::{LivePage, script_sources};
+use super::front::{MARKUP, MODULES, STYLE};
+use crate::page::{LivePage, linked_or_told, script_sources};
+use crate::{Module, modules, page_script};
 
-const BACKEND: &str = include_str!("in_browser/backend.js");
-const WORKER: &str = include_str!("in_browser/worker.js");
-const OPENING: &str = include_str!("in_browser/opening.js");
+const OWN: &[Module] = modules!("calibench-workbench", "in_browser": "backend.js", "files.js", "understood.js");
+/// The script of the page.
+const OPENING: Module = Module { name: "calibench-workbench/opening.js", text: include_str!("in_browser/opening.js") };
+/// The script of its workers.
+const WORKER: Module = Module { name: "calibench-workbench/worker.js", text: include_str!("in_browser/worker.js") };
 const OPENING_MARKUP: &str = include_str!("in_browser/opening.html");
 const OPENING_STYLE: &str = include_str!("in_browser/opening.css");
 
@@ -30,13 +33,28 @@ pub fn page_in_browser(module: &Path) -> Result<String, FileError> {
     if !bytes.starts_with(GZIP) {
         return Err(FileError::whole(module, "is no gzip file", remedy));
     }
-    let script = [BACKEND, SCRIPT, OPENING].concat();
+    let script = page_script(OPENING, &[MODULES, OWN].concat());
     let policy = format!(
         "default-src 'none'; script-src {} 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; img-src data:; connect-src 'none'; base-uri 'none'; form-action 'none'",
         script_sources(&script)
     );
     let data = |id: &str, text: &str| format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n");
-    let markup = [MARKUP, OPENING_MARKUP, &data("worker", WORKER), &data("module", &STANDARD.encode(bytes))].concat();
+    let markup =
+        [MARKUP, OPENING_MARKUP, &data("worker", &linked_or_told(WORKER, &[])), &data("module", &STANDARD.encode(bytes))]
+            .concat();
     let style = [STYLE, OPENING_STYLE].concat();
     Ok(LivePage { policy: &policy, nonce: "", style: &style, markup: &markup, script: &script }.html())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linked;
+
+    #[test]
+    fn the_modules_of_its_scripts_fit_together() {
+        let script = page_script(OPENING, &[MODULES, OWN].concat());
+        assert!(script.contains("function openFiles("), "{script}");
+        assert!(linked(WORKER, &[]).is_ok());
+    }
 }

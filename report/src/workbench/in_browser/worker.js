@@ -1,51 +1,85 @@
-"use strict";
-// The worker: runs the program, one question after the other. It gets the module, then files and questions; or the module and a port, from which it
-// takes what another worker hands over.
+// @ts-check
+// The worker: runs the program, one question after the other. It gets the module, then files and questions; or the
+// module and a port, from which it takes what another worker hands over.
 
-let program = null;
+/** @type {Program} */
+let program;
+
+/** @type {string | null} */
 let stopped = null;
-// The way to the worker that helps, what was handed to it last, and the promise of the result.
+
+/**
+ * The way to the worker that helps.
+ * @type {MessagePort | null}
+ */
 let helper = null;
-let handed_over = null;
 
-const at_place = (at, length) => new Uint8Array(program.memory.buffer, at >>> 0, length).slice();
-const told = (at, length) => new TextDecoder().decode(at_place(at, length));
+/**
+ * The result of what was handed to it last.
+ * @type {Promise<Uint8Array | null>}
+ */
+let handedOver = Promise.resolve(null);
 
-function hand_over(at, length) {
-  const job = at_place(at, length);
-  handed_over = new Promise((resolve) => { helper.onmessage = ({ data }) => resolve(data.result); });
-  helper.postMessage(job, [job.buffer]);
+/** @type {(at: number, length: number) => Uint8Array<ArrayBuffer>} */
+const atPlace = (at, length) => new Uint8Array(program.memory.buffer, at >>> 0, length).slice();
+
+/** @type {(at: number, length: number) => string} */
+const told = (at, length) => new TextDecoder().decode(atPlace(at, length));
+
+/**
+ * @param {number} at
+ * @param {number} length
+ */
+function handOver(at, length) {
+  const job = atPlace(at, length);
+  handedOver = new Promise((resolve) => {
+    if (helper) helper.onmessage = ({ data }) => resolve(data.result);
+  });
+  helper?.postMessage(job, [job.buffer]);
 }
 
-async function wait_for_helper() {
-  const result = await handed_over;
+async function waitForHelper() {
+  const result = await handedOver;
   if (!result) return -1;
   fill(result);
   return result.length;
 }
 
-// What a dependency would import beside this, nobody calls.
+/**
+ * What a dependency would import beside this, nobody calls.
+ * @param {WebAssembly.Module} module
+ * @returns {WebAssembly.Imports}
+ */
 function imports(module) {
   const page = {
-    told: (at, length) => postMessage({ doing: told(at, length) }),
-    stopped: (at, length) => { stopped = told(at, length); },
+    told: (/** @type {number} */ at, /** @type {number} */ length) => postMessage({ doing: told(at, length) }),
+    stopped: (/** @type {number} */ at, /** @type {number} */ length) => {
+      stopped = told(at, length);
+    },
     has_helper: () => (helper ? 1 : 0),
-    hand_over,
-    wait_for_helper: WebAssembly.Suspending ? new WebAssembly.Suspending(wait_for_helper) : () => -1,
+    hand_over: handOver,
+    wait_for_helper: WebAssembly.Suspending ? new WebAssembly.Suspending(waitForHelper) : () => -1,
   };
+  /** @type {WebAssembly.Imports} */
   const all = { page };
   for (const { module: from, name, kind } of WebAssembly.Module.imports(module)) {
     all[from] ??= {};
-    if (kind === "function") all[from][name] ??= () => { throw new Error(`${from}.${name} is not there`); };
+    if (kind !== "function") continue;
+    all[from][name] ??= () => {
+      throw new Error(`${from}.${name} is not there`);
+    };
   }
   return all;
 }
 
+/** @param {WebAssembly.Module} module */
 async function begin(module) {
-  program = (await WebAssembly.instantiate(module, imports(module))).exports;
+  const { exports } = await WebAssembly.instantiate(module, imports(module));
+  program = /** @type {Program} */ (/** @type {unknown} */ (exports));
   program.begin();
 }
 
+/** @param {Uint8Array[]} parts */
 function fill(...parts) {
   const length = parts.reduce((sum, part) => sum + part.length, 0);
   let at = program.room(length) >>> 0;
@@ -55,27 +89,36 @@ function fill(...parts) {
   }
 }
 
-const answered = (length) => at_place(program.answer(), length);
+/** @param {number} length */
+const answered = (length) => atPlace(program.answer(), length);
 
+/** @param {string} text */
+const bytes = (text) => new TextEncoder().encode(text);
+
+/**
+ * @param {string} what
+ * @param {object} body
+ */
 async function ask(what, body) {
-  const bytes = (text) => new TextEncoder().encode(text);
   const name = bytes(what);
-  fill(name, bytes(JSON.stringify(body ?? {})));
+  fill(name, bytes(JSON.stringify(body)));
   // A program that may have to wait for another worker is suspended meanwhile.
   const length = await (helper ? WebAssembly.promising(program.ask)(name.length) : program.ask(name.length));
   return JSON.parse(new TextDecoder().decode(answered(length)));
 }
 
+/** @param {string} name */
 function take(name) {
-  fill(new TextEncoder().encode(name));
+  fill(bytes(name));
   const length = program.take();
   return length < 0 ? null : answered(length);
 }
 
-// Helps another worker: what cannot be computed here, it computes itself.
-async function help(module, port, is_first) {
-  await begin(module);
-  if (is_first) program.warm();
+/**
+ * Helps another worker: what cannot be computed here, it computes itself.
+ * @param {MessagePort} port
+ */
+function help(port) {
   port.onmessage = ({ data: job }) => {
     let result = null;
     try {
@@ -90,21 +133,30 @@ async function help(module, port, is_first) {
   port.postMessage({ ready: true });
 }
 
-onmessage = async ({ data: { id, module, helps, is_first, helped_by, files, what, body, names } }) => {
-  if (helps) { await help(module, helps, is_first); return; }
+/** @param {MessageEvent<Question>} message */
+onmessage = async ({ data: { id, module, helps, isFirst, helpedBy, files, what, body = {}, names = [] } }) => {
   // Whoever helps says so first.
-  if (helped_by) helped_by.onmessage = () => { helper = helped_by; };
+  if (helpedBy) {
+    helpedBy.onmessage = () => {
+      helper = helpedBy;
+    };
+  }
   try {
     if (module) await begin(module);
+    if (helps) {
+      if (isFirst) program.warm();
+      help(helps);
+      return;
+    }
     if (files) program.forget();
     for (const { name, file } of files ?? []) {
-      const encoded = new TextEncoder().encode(name);
+      const encoded = bytes(name);
       fill(encoded, new Uint8Array(await file.arrayBuffer()));
       program.put(encoded.length);
     }
     const began = performance.now();
     const answer = what ? await ask(what, body) : {};
-    postMessage({ id, answer, took_ms: performance.now() - began, taken: (names ?? []).map(take) });
+    postMessage({ id, answer, tookMs: performance.now() - began, taken: names.map(take) });
   } catch (error) {
     // The module stops for good when it meets something that must not be.
     postMessage({ id, stopped: stopped ?? String(error) });

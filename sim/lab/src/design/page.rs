@@ -1,11 +1,24 @@
 //! A design as one HTML file: the layout, the map or the front, and the numbers.
 
-use calibench_report::chart_page_html;
+use calibench_report::{Module, chart_page_html};
 use serde_json::Value;
 
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: Module = Module { name: "calibench-lab/design.js", text: include_str!("page.js") };
 
 /// The page of a design; `document` is the output of `design --json`.
 pub fn design_page(document: &Value) -> String {
     chart_page_html("calibench design", SCRIPT, document)
+}
+
+#[cfg(test)]
+mod tests {
+    use calibench_report::page_script;
+
+    use super::*;
+
+    #[test]
+    fn the_modules_of_its_script_fit_together() {
+        let script = page_script(SCRIPT, &[]);
+        assert!(script.contains("function layout("), "{script}");
+    }
 }

@@ -1,0 +1,105 @@
+// @ts-check
+// A view in space in the hand: mouse, touch and keys.
+
+import { lookAt } from "./linked.js";
+
+/**
+ * From where one looks to another view; at once for those who do not want motion.
+ * @param {ViewInSpace} view
+ * @param {number[]} to azimuth and elevation, rad
+ * @param {() => void} paint
+ */
+export function goTo(view, [azimuth, elevation], paint) {
+  const from = [view.azimuth, view.elevation];
+  view.zoom = 1;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const [begun, lasts] = [performance.now(), still ? 0 : 350];
+  /** @param {number} now */
+  const frame = (now) => {
+    const t = lasts ? Math.min(1, Math.max(0, (now - begun) / lasts)) : 1;
+    const eased = t * t * (3 - 2 * t);
+    view.azimuth = from[0] + (azimuth - from[0]) * eased;
+    view.elevation = from[1] + (elevation - from[1]) * eased;
+    paint();
+    if (t < 1) requestAnimationFrame(frame);
+  };
+  if (still) frame(begun);
+  else requestAnimationFrame(frame);
+}
+
+/**
+ * One finger turns sideways and leaves the page its scrolling; two fingers zoom.
+ * @param {HTMLElement} host
+ * @param {object} acts
+ * @param {(azimuth: number, elevation: number) => void} acts.turn by so much, rad
+ * @param {(by: number) => void} acts.zoom
+ * @param {(by: number) => void} acts.step from sample to sample
+ * @param {(x: number, y: number) => string | null} acts.nearest the sample at a place
+ */
+export function handle(host, { turn, zoom, step, nearest }) {
+  /** @type {Map<number, [x: number, y: number]>} */
+  const held = new Map();
+  let spread = 0;
+  const apart = () => {
+    const [a, b] = [...held.values()];
+    return Math.hypot(a[0] - b[0], a[1] - b[1]);
+  };
+  /** @param {MouseEvent} event */
+  const point = (event) => {
+    const { left, top } = host.getBoundingClientRect();
+    const id = nearest(event.clientX - left, event.clientY - top);
+    if (id) lookAt(id);
+  };
+  host.addEventListener("pointerdown", (event) => {
+    held.set(event.pointerId, [event.clientX, event.clientY]);
+    host.setPointerCapture(event.pointerId);
+    if (held.size === 2) spread = apart();
+  });
+  host.addEventListener("pointermove", (event) => {
+    const before = held.get(event.pointerId);
+    if (!before) {
+      point(event);
+      return;
+    }
+    held.set(event.pointerId, [event.clientX, event.clientY]);
+    if (held.size === 2) {
+      const now = apart();
+      zoom(now / (spread || now));
+      spread = now;
+      return;
+    }
+    turn(-(event.clientX - before[0]) * 0.008, (event.clientY - before[1]) * 0.008);
+  });
+  /** @param {PointerEvent} event */
+  const release = (event) => held.delete(event.pointerId);
+  host.addEventListener("pointerup", release);
+  host.addEventListener("pointercancel", release);
+  host.addEventListener("click", point);
+  /** @param {WheelEvent} event */
+  const wheel = (event) => {
+    // The wheel belongs to the page until the view has been chosen.
+    if (!event.ctrlKey && document.activeElement !== host) return;
+    zoom(event.deltaY < 0 ? 1.1 : 1 / 1.1);
+    event.preventDefault();
+  };
+  host.addEventListener("wheel", wheel, { passive: false });
+  /** @type {Record<string, () => void>} */
+  const keys = {
+    ArrowLeft: () => turn(0.12, 0),
+    ArrowRight: () => turn(-0.12, 0),
+    ArrowUp: () => turn(0, 0.12),
+    ArrowDown: () => turn(0, -0.12),
+    "+": () => zoom(1.15),
+    "=": () => zoom(1.15),
+    "-": () => zoom(1 / 1.15),
+    "]": () => step(1),
+    "[": () => step(-1),
+    Escape: () => lookAt(null, "no sample marked"),
+  };
+  host.addEventListener("keydown", (event) => {
+    const act = event.ctrlKey || event.metaKey || event.altKey ? null : keys[event.key];
+    if (!act) return;
+    act();
+    event.preventDefault();
+  });
+}

@@ -1,0 +1,67 @@
+// @ts-check
+// What the report says before all else.
+
+import { element, sentence, worded } from "./elements.js";
+import { capital, millimetres, thousandths } from "./text.js";
+
+/**
+ * @param {Report} report
+ * @returns {Child[]}
+ */
+export function verdict(report) {
+  const { verdict: said, title, robot, question, figures } = report;
+  return [
+    element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),
+    element("h1", {}, said.headline),
+    said.effects.length > 0 &&
+      element(
+        "p",
+        { class: "ids" },
+        said.effects.map((id) => element("code", {}, id)),
+      ),
+    element("p", { class: "means" }, said.means),
+    report.misfit && element("p", { class: "warning" }, report.misfit),
+    question && element("p", { class: "quiet" }, `Asked: ${question}`),
+    element("dl", { class: "figures" }, tiles(report)),
+    said.symptoms.length > 0 && flags(report, said.symptoms),
+    figures.disagreement && element("p", { class: "warning" }, sentence(figures.disagreement)),
+  ];
+}
+
+/** @param {Report} report */
+function tiles({ figures, names }) {
+  const { expected, validation } = figures;
+  /** @type {(name: string, mm: string, beside: string) => HTMLElement} */
+  const tile = (name, mm, beside) => {
+    const said = [element("div", { class: "value" }, `${mm} mm`), element("div", { class: "beside" }, beside)];
+    return element("div", {}, element("dt", {}, capital(name)), element("dd", {}, said));
+  };
+  const noise = figures.noise_stated ? names.noise_left : "the best explanation would leave";
+  const left = `${figures.samples} samples; ${noise} ${millimetres(figures.noise_mm)} mm`;
+  const shown = [tile(`${names.residual}, rms`, millimetres(figures.rms_mm), left)];
+  if (expected) {
+    const [low, high] = expected.mean_band_mm.map(thousandths);
+    const beside = `${low} to ${high} mm; largest ${thousandths(expected.max_mm)} mm`;
+    shown.push(tile(`${names.workspace}, mean`, thousandths(expected.mean_mm), beside));
+  }
+  if (validation) {
+    const { samples, max_mm: most, refitted } = validation;
+    const first = refitted.length ? `; ${refitted.length} numbers of the set-up were fitted to them first` : "";
+    const beside = `${samples} poses; largest ${thousandths(most)} mm${first}`;
+    shown.push(tile(`${names.not_fitted}, mean`, thousandths(validation.mean_mm), beside));
+  }
+  return shown;
+}
+
+/**
+ * Parameters outside the range that physics leaves them: nothing that follows is to be read without that.
+ * @param {Report} report
+ * @param {string[]} symptoms
+ */
+function flags(report, symptoms) {
+  const count = symptoms.length;
+  const heading =
+    count === 1 ? "A parameter is outside its physical range" : `${count} parameters are outside their physical range`;
+  const lines = symptoms.map((text) => element("p", {}, worded(report, text)));
+  return element("div", { class: "warning", role: "note" }, element("b", {}, heading), lines);
+}
