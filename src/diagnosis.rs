@@ -27,7 +27,7 @@ pub mod worker;
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
-pub use relevance::Relevance;
+pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
 pub use symptoms::Symptom;
 pub use verdict::Verdict;

@@ -23,7 +23,7 @@ pub use adjustment::Adjustment;
 pub(crate) use calibration_file::calibration_schema;
 pub use fitted_rows::{FittedRows, are_copied};
 pub use identified::{identify, identify_without_indices};
-pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
+pub use model::{BACKGROUND_WIDTH, Model, TorquePosture};
 #[cfg(feature = "schema")]
 pub(crate) use model_file::model_schema;
 pub use prediction::{Application, Prediction};

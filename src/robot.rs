@@ -22,8 +22,8 @@ pub mod urdf;
 pub use arm::Robot;
 pub use builtin::{BUILT_IN, built_in};
 pub use frame::{Frame, Vectors, rotation_vector};
-pub use link::{FramePose, JointKind, Link, MdhLink, NEARLY_PARALLEL, Pose};
-pub(crate) use rigid_fit::nearest_rotation;
-pub(crate) use rigid_fit::rigid_fit;
+pub(crate) use link::NEARLY_PARALLEL;
+pub use link::{FramePose, JointKind, Link, MdhLink, Pose};
+pub(crate) use rigid_fit::{nearest_rotation, rigid_fit};
 #[cfg(feature = "schema")]
 pub(crate) use robot_file::robot_schema;

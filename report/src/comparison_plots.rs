@@ -5,7 +5,9 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::workspace::Forecast;
-use calibench::files::{FileError, replace_folder, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::replace_folder;
+use calibench::files::disk::write_whole;
 use calibench::residuals::comparison::Comparison;
 use calibench::units::{MM, UM, URAD};
 

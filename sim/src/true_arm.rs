@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use calibench::files::{FileError, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::write_whole;
 use calibench::measure::campaign::CampaignRecord;
 use calibench::robot::Pose;
 use calibench::units::{DEG, MM};

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use super::conditions::Conditions;
 use super::{Desired, Target};
-use crate::files::{FileError, Record, Rows, cannot_be_read, is_folder, name_remedy, nearest_name, open_file};
+use crate::files::disk::{is_folder, open_file};
+use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name};
 use crate::measure::dataset::columns::of_other_kind;
 use crate::measure::dataset::limits::{TEMPERATURE_C, TIME_S, out_of_range};
 use crate::robot::inverse::SphericalWrist;

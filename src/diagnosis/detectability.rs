@@ -112,7 +112,7 @@ impl Detectability {
 /// The non-central chi-square is a mixture of central ones with Poisson weights of mean lambda/2 (Johnson, Kotz &
 /// Balakrishnan 1995, ch. 29), `P(S > c) = sum_j Poisson(j; lambda/2) Q(c; p + 2j)`. The power increases with lambda,
 /// so bisection finds it.
-pub fn noncentrality(directions: usize, level: f64, power: f64) -> f64 {
+pub(crate) fn noncentrality(directions: usize, level: f64, power: f64) -> f64 {
     let critical = critical_value(directions, level);
     let (mut low, mut high) = (0.0, 1.0);
     while power_at(directions, critical, high) < power && high < 1e9 {

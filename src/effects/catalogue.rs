@@ -47,7 +47,7 @@ mod wrist_coupling;
 
 pub use outlier::{set_aside_by, setting_aside};
 pub use probe_rotation::PROBE_ROTATION;
-pub use target::place_of_target;
+pub(crate) use target::place_of_target;
 
 use super::family::Family;
 

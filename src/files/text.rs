@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::disk::{is_folder, open_file};
 use super::error::{FileError, cannot_be_read};
-use super::{is_folder, open_file};
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
 const LONGEST_TEXT: u64 = 64 << 20;

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use super::calibration::Calibration;
 use super::own_effects::tables as own_effect_tables;
-use crate::files::{FileError, write_whole};
+use crate::files::FileError;
+use crate::files::disk::write_whole;
 use crate::robot::built_in;
 use crate::robot::robot_file::to_toml;
 

@@ -3,7 +3,7 @@
 
 pub use super::determined::{independent_parameters, observability_of};
 pub use super::fit_result::{Fit, FitError, Outcome, Unresolved};
-pub use super::model_error::covariance_with_model_error;
+pub(crate) use super::model_error::covariance_with_model_error;
 
 use super::determined::{all, determined};
 
@@ -35,7 +35,7 @@ pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
+pub(crate) fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
     fit_judged(problem, start, start, free)
 }
 
@@ -44,7 +44,7 @@ pub fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit,
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
+pub(crate) fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
     let mut start = problem.start();
     for (value, parameter) in start.iter_mut().zip(problem.parameters()) {
         let twin = smaller.parameters().iter().position(|p| p.name == parameter.name && p.effect == parameter.effect);

@@ -48,9 +48,6 @@ pub struct Model {
     pub registry: Registry,
 }
 
-/// Ids of the families of [`Role::Baseline`] in the catalogue: the paper's model.
-pub const UNREGULARISED: [&str; 3] = ["base_frame", "mdh", "joint_compliance"];
-
 /// Prior width (1 sigma, in plausible sizes) of an effect added to the model: shrinks an ordinary size by less than a
 /// tenth, but an absurd one noticeably.
 pub const BACKGROUND_WIDTH: f64 = 3.0;

@@ -33,7 +33,7 @@ const NOISE_ALONE: f64 = 3.0;
 ///
 /// # Errors
 /// When a decomposition fails.
-pub fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Result<DMatrix<f64>, FitError> {
+pub(crate) fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Result<DMatrix<f64>, FitError> {
     let dof = fit.dof as f64;
     if fit.kept.is_empty() || dof < 1.0 || fit.noise_stated && fit.chi2 < dof + NOISE_ALONE * (2.0 * dof).sqrt() {
         return Ok(fit.covariance.clone());

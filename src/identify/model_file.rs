@@ -1,6 +1,7 @@
 //! `model.toml`: the effects that the identifier may use.
 
-pub use super::own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub(crate) use super::own_effects::own_effects;
+pub use super::own_effects::{OwnEffectTable, OwnMistake};
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,8 @@ use super::own_effects::tables;
 use crate::effects;
 use crate::effects::own::OwnEffect;
 use crate::effects::{EffectError, EffectId, Subject};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::files::disk::write_whole;
+use crate::files::{FileError, field_error, parse_toml, read_text};
 
 /// The effects that an identification may use.
 #[derive(Deserialize, Serialize)]

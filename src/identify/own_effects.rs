@@ -79,7 +79,7 @@ pub struct OwnMistake {
 ///
 /// # Errors
 /// An unknown unit or a duplicate name.
-pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<OwnEffect>, Vec<String>), OwnMistake> {
+pub(crate) fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<OwnEffect>, Vec<String>), OwnMistake> {
     let mut own: Vec<OwnEffect> = Vec::new();
     let mut fitted = fitted.to_vec();
     for (k, table) in tables.iter().enumerate() {

@@ -7,7 +7,8 @@ use super::initial_setup::{check_base, fit_base_and_tool};
 use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::files::{is_standard_input, read_text};
+use crate::files::read_text;
+use crate::files::streams::is_standard_input;
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Dataset, SampleSet};
 

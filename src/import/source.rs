@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use calamine::{Data, Reader, Xlsx, XlsxError};
 
 use super::ImportReport;
-use crate::files::{FileError, OpenFile, Rows, is_folder, open_file, read_text};
+use crate::files::disk::{OpenFile, is_folder, open_file};
+use crate::files::{FileError, Rows, read_text};
 
 /// Extensions of workbooks.
 const WORKBOOKS: [&str; 2] = ["xlsx", "xlsm"];

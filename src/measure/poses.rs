@@ -17,4 +17,4 @@ pub use order::{interleave, interleave_short};
 pub(crate) use plan_file::plan_schema;
 pub use plan_file::{PLAN_FORMAT, ProbingPlan, read_plan, write_plan};
 pub use planned_pose::PlannedPose;
-pub use postures::{Postures, SAME_POSTURE};
+pub use postures::Postures;

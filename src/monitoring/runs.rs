@@ -49,7 +49,7 @@ pub const RUNS_FALSE_ALARM: f64 = 0.01;
 const MOST_CHANGES: usize = 4;
 
 /// Days of a month.
-pub const DAYS_A_MONTH: f64 = 30.44;
+pub(crate) const DAYS_A_MONTH: f64 = 30.44;
 
 /// Reasons why runs cannot be compared.
 #[derive(Debug, Error)]

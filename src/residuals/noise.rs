@@ -7,11 +7,11 @@ mod suspects;
 mod yardstick;
 
 pub use joint_steps::JointSteps;
-pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
+pub use repeats::{JointScatter, RepeatScatter};
 pub(crate) use repeats::{moments, patterns};
-pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
+pub use serial::{LagCorrelation, SerialCorrelation};
 pub(crate) use suspects::suspects_of;
-pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};
+pub use suspects::{Suspect, suspects};
 pub(crate) use yardstick::Yardstick;
 
 use nalgebra::Vector3;

@@ -13,10 +13,10 @@ use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// Confidence level of all intervals.
-pub const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// Replicates contradict the stated noise if the probability of their scatter is below this.
-pub const CONTRADICTION: f64 = 1e-3;
+pub(crate) const CONTRADICTION: f64 = 1e-3;
 
 /// Source of the noise estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,12 +172,12 @@ impl NoiseFloor {
 const NOISE_DOUBTED: f64 = 1e-3;
 
 /// True if residuals with this chance of larger ones are too small for the noise.
-pub fn is_too_small(chance: Option<f64>) -> bool {
+pub(crate) fn is_too_small(chance: Option<f64>) -> bool {
     chance.is_some_and(|p| 1.0 - p < NOISE_DOUBTED)
 }
 
 /// Probability of a larger chi-square.
-pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
+pub(crate) fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
     if !squares.is_finite() {
         return squares.is_nan().then_some(f64::NAN).or(Some(0.0));
     }
@@ -189,7 +189,7 @@ pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
 const BEYOND_CHANCE: f64 = 1e12;
 
 /// Probability of a larger ratio of two mean squares, with `above` and `below` degrees of freedom.
-pub fn fisher_chance(ratio: f64, above: f64, below: f64) -> Option<f64> {
+pub(crate) fn fisher_chance(ratio: f64, above: f64, below: f64) -> Option<f64> {
     let d = FisherSnedecor::new(above, below).ok()?;
     Some(if ratio < BEYOND_CHANCE { d.sf(ratio.max(0.0)).clamp(0.0, 1.0) } else { 0.0 })
 }

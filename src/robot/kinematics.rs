@@ -6,7 +6,8 @@
 //! The code here works on [`Postures`], with one number per posture in each lane; the [`Posture`] is the instance with one
 //! lane, and gives the same bytes as in a batch.
 
-pub use super::posture_view::{LanePosture, PostureView};
+pub(crate) use super::posture_view::LanePosture;
+pub use super::posture_view::PostureView;
 
 mod jacobian;
 mod mdh_rows;

@@ -33,12 +33,6 @@ pub struct LanePosture<'a, const L: usize> {
 }
 
 impl<const L: usize> LanePosture<'_, L> {
-    /// d(TCP)/d(site), as for a single [`Posture`](super::kinematics::Posture).
-    #[inline]
-    pub fn column(&self, site: Site) -> Vector3<f64> {
-        self.postures.column_at(self.lane, site)
-    }
-
     /// Axis about which a site turns the flange, as for a single [`Posture`](super::kinematics::Posture).
     pub fn turning(&self, site: Site) -> Vector3<f64> {
         self.postures.turning_at(self.lane, site)

@@ -15,7 +15,8 @@ use super::sites::MOST_JOINTS;
 use super::solids::{Shape, Solid};
 use super::urdf::{ChainEnds, robot_from_urdf};
 use super::{BUILT_IN, FramePose, Robot, built_in};
-use crate::files::{FileError, field_error, is_file, is_there, parse_toml, read_text};
+use crate::files::disk::{is_file, is_there};
+use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
 /// The value of the key `format`.

@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::solids::{Shape, Solid, Surroundings};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::files::disk::write_whole;
+use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::MM;
 
 /// The value of the key `format`.

@@ -62,7 +62,7 @@ pub enum Site {
 }
 
 /// The largest number of joints of an arm; no real arm has as many.
-pub const MOST_JOINTS: usize = 1000;
+pub(crate) const MOST_JOINTS: usize = 1000;
 
 impl Site {
     /// An MDH entry of link `i`.

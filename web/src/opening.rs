@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, is_file, read_text, with_reasons, write_whole};
+use calibench::files::disk::{is_file, write_whole};
+use calibench::files::{FileError, read_text, with_reasons};
 use calibench::identify::calibration::CALIBRATION_FORMAT;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportError, ImportOptions, guess, import};

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::{Effect, Subject, build, in_words};
-use calibench::files::{read_text, with_reasons, write_whole};
+use calibench::files::disk::write_whole;
+use calibench::files::{read_text, with_reasons};
 use calibench::measure::campaign::CampaignObserver;
 use calibench::measure::centring::Probing;
 use calibench::measure::dataset::file::{read_dataset, write_dataset};

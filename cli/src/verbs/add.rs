@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::files::{is_standard_input, is_standard_output};
+use calibench::files::streams::{is_standard_input, is_standard_output};
 use calibench::identify::model_file::{write_model, write_model_like};
 use calibench::identify::problem::Use;
 use calibench::prediction::WorkspacePoses;

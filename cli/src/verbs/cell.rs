@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use calibench::cell::gauge::Traffic;
 use calibench::cell::kuka::program_files;
 use calibench::cell::{Indicator, IndicatorError, StopRequest};
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;

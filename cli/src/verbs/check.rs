@@ -5,7 +5,8 @@ mod turn;
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{check_output_folder, with_reasons, write_whole};
+use calibench::files::disk::{check_output_folder, write_whole};
+use calibench::files::with_reasons;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::dataset::file::DATASET_TOML;

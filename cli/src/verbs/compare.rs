@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use calibench::diagnosis::Examination;
-use calibench::files::check_output_folder;
+use calibench::files::disk::check_output_folder;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use serde_json::to_value;
 use toml::{Table, Value};
 

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::registry::family;
-use calibench::files::{check_output_folder, replace_folder, write_whole};
+use calibench::files::disk::replace_folder;
+use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::identify::problem::Use;
 use calibench::measure::campaign::CampaignObserver;
 use calibench_lab::gallery::{Campaign, gallery, of_scenario};

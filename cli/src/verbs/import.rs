@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{check_output_file, check_output_folder, is_standard_output, write_whole};
+use calibench::files::disk::{check_output_file, check_output_folder, write_whole};
+use calibench::files::streams::is_standard_output;
 use calibench::identify::problem::Use;
 use calibench::import::{Holdout, ImportOptions, guess, import};
 use calibench::measure::campaign::journal::refuse_measured;

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::diagnose;
-use calibench::files::{check_output_folder, with_reasons};
+use calibench::files::disk::check_output_folder;
+use calibench::files::with_reasons;
 use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload};

@@ -4,7 +4,8 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use calibench::files::{FileError, check_output_file};
+use calibench::files::FileError;
+use calibench::files::disk::check_output_file;
 use calibench_report::without_marks;
 
 use super::failure::Failure;

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibench::files::{full_path, is_standard_output};
+use calibench::files::disk::full_path;
+use calibench::files::streams::is_standard_output;
 use calibench::measure::dataset::file::DATASET_TOML;
 use calibench::robot::robot_file::RobotReference;
 use calibench_report::documents::Run;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench::identify::Model;
 use calibench::identify::calibration::{IdentifyError, read_calibration};
 use calibench::identify::problem::Use;

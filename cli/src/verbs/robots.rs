@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;
 use calibench::residuals::misfit::data_fit;

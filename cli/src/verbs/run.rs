@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::Examination;
-use calibench::files::{FileError, check_output_folder, replace_folder, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::replace_folder;
+use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::identify::calibration::write_calibration;
 use calibench::identify::model_file::write_model;
 use calibench::measure::centring::Phase;

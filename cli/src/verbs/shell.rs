@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use clap_complete::Shell;
 
 use super::command;

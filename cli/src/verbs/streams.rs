@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{STANDARD_INPUT, STANDARD_OUTPUT, is_standard_input, is_standard_output};
+use calibench::files::streams::{STANDARD_INPUT, STANDARD_OUTPUT, is_standard_input, is_standard_output};
 use clap::ArgMatches;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench_report::plain_rows;
 use serde_json::{Map, Value, json};
 

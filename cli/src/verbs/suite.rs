@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench_report::plain_table;
 use serde_json::json;
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench_report::workbench::{Bench, Place, page_in_browser};
 
 use super::failure::{Failure, Outcome};

@@ -7,7 +7,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-use calibench::files::{FileError, open_file};
+use calibench::files::FileError;
+use calibench::files::disk::open_file;
 
 /// Pictures that a run may hold: file and alternative text.
 const DRAWN: [(&str, &str); 2] = [

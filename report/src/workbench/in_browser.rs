@@ -4,7 +4,8 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use calibench::files::{FileError, read_bytes};
+use calibench::files::FileError;
+use calibench::files::disk::read_bytes;
 
 use super::front::{MARKUP, MODULES, STYLE};
 use crate::page::{LivePage, linked_or_told, script_sources};

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use calibench::effects::Subject;
-use calibench::files::{FileError, is_standard_input, with_reasons};
+use calibench::files::streams::is_standard_input;
+use calibench::files::{FileError, with_reasons};
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::model_file::read_model;
 use calibench::identify::problem::{ProblemError, Use};

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use calibench::files::{FileError, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::write_whole;
 use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::{WayRequest, WaysError, plan_ways};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, interleave, write_plan};

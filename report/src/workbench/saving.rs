@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use calibench::compensate::rigid::{RigidRobot, urdf};
-use calibench::files::{FileError, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::write_whole;
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, write_calibration};
 use calibench::identify::model_file::{write_model, write_model_like};

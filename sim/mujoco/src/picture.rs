@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use calibench::files::{FileError, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::write_whole;
 use thiserror::Error;
 
 use super::machine::machine;

@@ -4,7 +4,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{fanuc, krl, rapid, scan, urscript};
-use crate::files::{FileError, cannot_be_read, is_folder, open_file};
+use crate::files::disk::{is_folder, open_file};
+use crate::files::{FileError, cannot_be_read};
 
 /// Longest program, bytes.
 const LONGEST: u64 = 64 << 20;

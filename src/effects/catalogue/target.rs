@@ -8,7 +8,7 @@ use crate::effects::{Owner, ParameterSpec};
 use crate::units::{MM, Unit};
 
 /// Id of the effect that holds the place of a measured point of the tool.
-pub fn place_of_target(name: &str) -> String {
+pub(crate) fn place_of_target(name: &str) -> String {
     format!("target:{name}")
 }
 

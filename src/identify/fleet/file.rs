@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Fleet, FleetParameter};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::files::disk::write_whole;
+use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{Unit, readable};
 
 /// Format tag.

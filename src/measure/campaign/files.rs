@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::{CampaignRecord, ProbingRecord};
-use crate::files::{FileError, write_whole};
+use crate::files::FileError;
+use crate::files::disk::write_whole;
 use crate::measure::centring::Iteration;
 use crate::measure::poses::PlannedPose;
 use crate::units::{DEG, MM, UM};

@@ -14,9 +14,9 @@ use super::limits::{Impossible, impossible};
 use super::samples_file::{check_samples, read_samples};
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
-use crate::files::{
-    FileError, field_error, hexadecimal, is_file, is_there, parse_toml, read_bytes, read_text, replace_folder, write_whole,
-};
+use crate::files::disk::replace_folder;
+use crate::files::disk::{is_file, is_there, read_bytes, write_whole};
+use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text};
 use crate::robot::robot_file::{RobotReference, robot, to_toml};
 use crate::robot::statics::{DEFAULT_GRAVITY, Payload};
 use crate::robot::{BUILT_IN, FramePose, JointKind, Robot};

@@ -11,7 +11,8 @@ use super::columns::{Column, KINDS, RowKind, SETS};
 use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Orientation, Sample, SampleSet};
-use crate::files::{FileError, Record, Rows, is_folder, name_remedy, open_file};
+use crate::files::disk::{is_folder, open_file};
+use crate::files::{FileError, Record, Rows, name_remedy};
 use crate::robot::{JointKind, Link, Robot};
 use crate::units::{DEG, MM, UM, readable};
 

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::PlannedPose;
 use super::ways::{HomeWays, Way};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::files::disk::write_whole;
+use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::measure::dataset::Dataset;
 use crate::units::{DEG, MM};
 

@@ -8,7 +8,7 @@ use crate::units::DEG;
 
 /// Largest difference of joint angles within one posture, rad: a controller's repeatability, and angles reported to hundredths
 /// of a degree.
-pub const SAME_POSTURE: f64 = 0.01 * DEG;
+pub(crate) const SAME_POSTURE: f64 = 0.01 * DEG;
 
 /// Rounding of angles given in degrees, which must not separate two that differ by exactly the tolerance.
 const ROUNDING: f64 = 1e-9;

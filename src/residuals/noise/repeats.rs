@@ -18,7 +18,7 @@ use crate::measure::poses::Postures;
 use crate::residuals::views::SeenSample;
 
 /// A joint is said to scatter if omitting it lowers twice the log-likelihood by more than this.
-pub const REPEATS_ALARM: f64 = 12.0;
+pub(crate) const REPEATS_ALARM: f64 = 12.0;
 
 /// Fewest degrees of freedom (events minus postures) for a decomposition, and most postures used in it.
 const FEWEST: usize = 20;

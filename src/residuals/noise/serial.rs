@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::Row;
 
 /// False-alarm rate over all lags.
-pub const SERIAL_LEVEL: f64 = 1e-3;
+pub(crate) const SERIAL_LEVEL: f64 = 1e-3;
 
 /// Lags tested, in postures.
 const LAGS: [usize; 4] = [1, 2, 4, 8];

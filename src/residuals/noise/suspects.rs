@@ -17,7 +17,7 @@ use crate::measure::dataset::Dataset;
 use crate::measure::poses::Postures;
 
 /// A posture or sample that deviates from all others by more than this, in robust one-sigmas, may be a suspect.
-pub const SUSPECT_DEVIATION: f64 = 6.0;
+pub(crate) const SUSPECT_DEVIATION: f64 = 6.0;
 
 /// Significance level, for all samples together, at which the least-squares fit of the others confirms a suspect.
 const FALSE_ALARM: f64 = 1e-3;

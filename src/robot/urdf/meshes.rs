@@ -4,7 +4,8 @@ use std::path::Path;
 
 use roxmltree::Document;
 
-use crate::files::{FileError, is_file, read_text};
+use crate::files::disk::is_file;
+use crate::files::{FileError, read_text};
 
 /// A mesh that is not there.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use calibench::files::disk::write_whole;
+use calibench::files::{FileError, field_error, parse_toml, read_text};
 use calibench::measure::dataset::Dataset;
 use calibench::measure::dataset::file::read_dataset;
 use calibench::monitoring::check::charts::Charts;

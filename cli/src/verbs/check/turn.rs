@@ -5,7 +5,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, cannot_be_written, full_path};
+use calibench::files::disk::full_path;
+use calibench::files::{FileError, cannot_be_written};
 
 use super::super::output::note;
 

@@ -8,7 +8,8 @@ use calibench::compensate::programs::{
 };
 use calibench::compensate::{Compensator, Target};
 use calibench::effects::Needs;
-use calibench::files::{FileError, write_whole};
+use calibench::files::FileError;
+use calibench::files::disk::write_whole;
 use calibench::prediction::Extrapolation;
 use calibench::units::MM;
 use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};

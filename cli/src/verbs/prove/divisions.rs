@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;
 use calibench_lab::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};

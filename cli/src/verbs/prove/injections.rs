@@ -1,6 +1,6 @@
 //! What the data can show: every effect of the catalogue is injected and looked for.
 
-use calibench::files::write_whole;
+use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
 use calibench_lab::injection::{InjectedNoise, Subject};
 use serde_json::{Value, json};

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, cannot_be_written, write_streamed};
+use calibench::files::disk::write_streamed;
+use calibench::files::{FileError, cannot_be_written};
 use csv::StringRecord;
 
 use super::{Extent, RowsReader, Summary};

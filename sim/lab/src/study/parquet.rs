@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use calibench::files::{FileError, write_streamed};
+use calibench::files::FileError;
+use calibench::files::disk::write_streamed;
 use csv::StringRecord;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};

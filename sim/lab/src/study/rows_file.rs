@@ -4,7 +4,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Take, Write};
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, cannot_be_read, cannot_be_written as unwritable, open_file};
+use calibench::files::disk::open_file;
+use calibench::files::{FileError, cannot_be_read, cannot_be_written as unwritable};
 use calibench_sim::run::Methods;
 use csv::StringRecord;
 

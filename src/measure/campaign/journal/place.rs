@@ -7,7 +7,8 @@ use std::path::Path;
 use super::Conditions;
 use super::entry::Entry;
 use super::lines::{Broken, read_lines};
-use crate::files::{FileError, cannot_be_read, open_file};
+use crate::files::disk::open_file;
+use crate::files::{FileError, cannot_be_read};
 use crate::measure::campaign::conditions::Changed;
 use crate::measure::dataset::file::DATASET_TOML;
 

@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-use super::streams::{is_standard_input, standard_input};
+use crate::files::streams::{is_standard_input, standard_input};
 
 /// An open file.
 pub type OpenFile = File;
 
-/// Opens a file for reading, or [standard input](super::STANDARD_INPUT). Pipes and devices are not opened: a pipe would block until it is written to, and a device need not
+/// Opens a file for reading, or [standard input](crate::files::streams::STANDARD_INPUT). Pipes and devices are not opened: a pipe would block until it is written to, and a device need not
 /// end.
 ///
 /// # Errors

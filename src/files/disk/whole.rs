@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::error::{FileError, cannot_be_written};
-use super::streams::{is_standard_output, write_to_standard_output};
 use super::target::{folder_of, target_of};
+use crate::files::streams::{is_standard_output, write_to_standard_output};
+use crate::files::{FileError, cannot_be_written};
 
 /// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written directly.
 /// Symbolic links are followed; an existing file keeps its permissions, and a new one gets those of the process (umask).
-/// So is [standard output](super::STANDARD_OUTPUT).
+/// So is [standard output](crate::files::streams::STANDARD_OUTPUT).
 ///
 /// # Errors
 /// When the folder cannot be written.

@@ -4,10 +4,10 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use super::error::{FileError, cannot_be_written};
 use super::folder::refuse_other_content;
-use super::streams::is_standard_output;
 use super::target::{folder_of, target_of};
+use crate::files::streams::is_standard_output;
+use crate::files::{FileError, cannot_be_written};
 
 /// Bytes written as a trial: one block, for which a full disk has no room.
 const TRIED: [u8; 4096] = [0; 4096];
@@ -30,7 +30,7 @@ pub fn check_output_file(path: &Path) -> Result<(), FileError> {
     check_room_beside(path, &target_of(path).map_err(fail)?)
 }
 
-/// Checks that [`super::replace_folder`] can put a folder at `path` with these arguments; leaves nothing behind.
+/// Checks that [`crate::files::memory::replace_folder`] can put a folder at `path` with these arguments; leaves nothing behind.
 ///
 /// # Errors
 /// When it is a file, has other content, a parent is not a folder, or nothing can be created there.

@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::error::{FileError, cannot_be_written};
 use super::target::target_of;
+use crate::files::{FileError, cannot_be_written};
 
 /// Fills a new folder beside `folder` and puts it in its place, keeping its other entries besides `names`.
 ///
