@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use calibench::monitoring::check::charts::{Chart, Charts, RUN_LENGTH};
+use calibench::monitoring::check::charts::{Chart, ChartPoint, Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::Elementary;
 use calibench::units::{DEG, UM};
 
-use super::gallery::escaped;
+use super::svg::{Scale, dot, escaped, line, polyline, stroke, text};
 use super::tables::plain_rows;
 
 /// Axes by number.
@@ -89,7 +89,7 @@ body{font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--paper)
 h1{font-size:1.4rem}main{display:grid;grid-template-columns:repeat(auto-fill,minmax(20rem,1fr));gap:1rem}\
 figure{margin:0}figcaption{font-size:.95rem}svg{width:100%;height:auto}table{border-collapse:collapse}\
 td,th{text-align:left;padding:.2rem .8rem .2rem 0;border-bottom:1px solid var(--grid)}\
-.a{stroke:var(--line);fill:none;stroke-width:2}.l{stroke:var(--alarm);stroke-dasharray:5 4}.z{stroke:var(--grid)}\
+.a{stroke:var(--line)}.l{stroke:var(--alarm);stroke-dasharray:5 4}.z{stroke:var(--grid)}\
 .d{fill:var(--line)}.s{fill:var(--alarm)}text{fill:var(--ink);font:11px system-ui,sans-serif}";
 
 /// The charts as a page of its own, without scripts; `verdicts` hold the condition named by each check, and whether anything
@@ -132,9 +132,10 @@ fn figure(chart: &Chart, days: &[String], limit: f64) -> String {
     let [width, height] = SIZE;
     let count = chart.points.len();
     let most = chart.points.iter().map(|p| p.average.abs()).fold(1.25 * limit, f64::max);
-    let x =
-        |k: usize| LEFT + MARGIN + (width - LEFT - 2.0 * MARGIN) * if count > 1 { k as f64 / (count - 1) as f64 } else { 0.5 };
-    let y = |average: f64| 0.5 * height - (0.5 * height - MARGIN) * average / most;
+    let last = count.saturating_sub(1).max(1) as f64;
+    let along = Scale { values: [0.0, last], places: [LEFT + MARGIN, width - MARGIN] };
+    let x = |k: usize| along.place(if count > 1 { k as f64 } else { 0.5 });
+    let up = Scale { values: [-most, most], places: [height - MARGIN, MARGIN] };
     let signal = chart.signal(limit);
     let said = match signal.and_then(|k| days.get(k)) {
         Some(day) => format!("signalled by the check of {day}"),
@@ -145,24 +146,17 @@ fn figure(chart: &Chart, days: &[String], limit: f64) -> String {
         words = elementary_words(chart.of)
     );
     for (class, at) in [("l", limit), ("z", 0.0), ("l", -limit)] {
-        _ = writeln!(out, "<path class=\"{class}\" d=\"M{LEFT} {0:.1}H{1}\"/>", y(at), width - MARGIN);
-        _ = writeln!(out, "<text x=\"2\" y=\"{:.1}\">{at:+.1}</text>", y(at) + 4.0);
+        line(&mut out, class, [LEFT, up.place(at), width - MARGIN, up.place(at)]);
+        text(&mut out, [2.0, up.place(at) + 4.0], "", &format!("{at:+.1}"));
     }
-    let line: Vec<String> = chart.points.iter().enumerate().map(|(k, p)| format!("{:.1} {:.1}", x(k), y(p.average))).collect();
-    _ = writeln!(out, "<path class=\"a\" d=\"M{}\"/>", line.join("L"));
+    let place = |(k, p): (usize, &ChartPoint)| [x(k), up.place(p.average)];
+    stroke(&mut out, "a", &polyline(chart.points.iter().enumerate().map(place)), 2.0);
     let (unit, _, printed) = elementary_unit(chart.of);
     for (k, p) in chart.points.iter().enumerate() {
         let class = if p.average.abs() > limit { "s" } else { "d" };
         let day = days.get(k).map_or("", String::as_str);
-        _ = writeln!(
-            out,
-            "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\"><title>{}: {:+.1} \u{b1} {:.1} {printed}</title></circle>",
-            x(k),
-            y(p.average),
-            escaped(day),
-            p.estimate / unit,
-            p.sigma / unit
-        );
+        let said = format!("{day}: {:+.1} \u{b1} {:.1} {printed}", p.estimate / unit, p.sigma / unit);
+        dot(&mut out, class, place((k, p)), 3.5, &said);
     }
     out.push_str("</svg>\n</figure>\n");
     out

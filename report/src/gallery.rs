@@ -1,12 +1,12 @@
 //! The gallery of signatures: what each effect looks like in the residuals, as pictures and pages.
 
+mod drawing;
 mod entry;
 mod index;
 mod link;
 mod plot;
 mod scene;
 mod see;
-mod svg;
 mod ticks;
 mod variable;
 
@@ -15,7 +15,6 @@ pub use index::GALLERY_MARK;
 pub use link::gallery_page;
 pub use plot::Plot;
 pub use see::{Seen, see};
-pub(crate) use svg::escaped;
 
 use index::{first_look_page, index_page};
 

@@ -26,6 +26,7 @@ mod recommended;
 mod runs;
 mod scatter;
 mod shifts;
+mod svg;
 mod tables;
 pub mod workbench;
 mod workspace;

@@ -4,8 +4,8 @@
 //! shortest step of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
 
 pub use super::dexterity::dexterity;
-pub use super::spherical_wrist::SphericalWrist;
 pub(crate) use super::spherical_wrist::Branch;
+pub use super::spherical_wrist::SphericalWrist;
 pub use super::status_turn::StatusTurn;
 
 use nalgebra::{Matrix6, Matrix6xX, Vector6};

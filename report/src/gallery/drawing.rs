@@ -1,9 +1,8 @@
-//! A picture as SVG: a few kilobytes, readable on light and on dark, without script and without fonts of its own.
-
-use std::fmt::Write;
+//! A picture of the gallery as SVG, readable on light and on dark.
 
 use super::plot::Plot;
 use super::ticks::{label, ticks};
+use crate::svg::{Scale, escaped, line, polyline, stroke, text};
 
 /// Size of the picture, and the rectangle in which points are drawn: left, top, right, bottom.
 const SIZE: [f64; 2] = [560.0, 330.0];
@@ -40,7 +39,7 @@ impl Plot {
         let diamond = |(p, y): (&[f64; 2], &f64)| format!("M{}{DIAMOND}", at(&[p[0], *y]));
         stroke(&mut out, "c", &self.points.iter().zip(&self.taken).map(diamond).collect::<String>(), 1.2);
         stroke(&mut out, "m", &dots(true), 10.0);
-        let piece = |points: &Vec<[f64; 2]>| format!("M{}", points.iter().map(at).collect::<Vec<_>>().join("L"));
+        let piece = |points: &Vec<[f64; 2]>| polyline(points.iter().map(|p| [self.place(0, p[0]), self.place(1, p[1])]));
         stroke(&mut out, "c", &self.curve.iter().map(piece).collect::<String>(), 3.0);
         out.push_str("</svg>\n");
         out
@@ -90,30 +89,10 @@ impl Plot {
     fn place(&self, axis: usize, value: f64) -> f64 {
         let [low, high] = self.range(axis);
         let room = if axis == 0 && !self.names.is_empty() { 0.0 } else { 0.04 * (high - low) };
-        let share = (value - low + room) / (high - low + 2.0 * room).max(f64::MIN_POSITIVE);
-        match axis {
-            0 => INSIDE[0] + share * (INSIDE[2] - INSIDE[0]),
-            _ => INSIDE[3] - share * (INSIDE[3] - INSIDE[1]),
-        }
+        let [left, top, right, bottom] = INSIDE;
+        let places = if axis == 0 { [left, right] } else { [bottom, top] };
+        Scale { values: [low - room, high + room], places }.place(value)
     }
-}
-
-fn stroke(out: &mut String, class: &str, path: &str, width: f64) {
-    if !path.is_empty() {
-        _ = writeln!(
-            out,
-            "<path class=\"{class}\" d=\"{path}\" fill=\"none\" stroke-width=\"{width}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"/>"
-        );
-    }
-}
-
-fn line(out: &mut String, class: &str, [x1, y1, x2, y2]: [f64; 4]) {
-    _ = writeln!(out, "<path class=\"{class}\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>");
-}
-
-fn text(out: &mut String, [x, y]: [f64; 2], attributes: &str, content: &str) {
-    let space = if attributes.is_empty() { "" } else { " " };
-    _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\"{space}{attributes}>{}</text>", escaped(content));
 }
 
 fn cut(name: &str) -> String {
@@ -122,9 +101,4 @@ fn cut(name: &str) -> String {
     } else {
         name.chars().take(LONGEST_NAME - 1).chain(['…']).collect()
     }
-}
-
-/// Text that may stand in markup and in its attributes.
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
