@@ -32,9 +32,9 @@ pub use scatter::Scatter;
 pub use symptoms::Symptom;
 pub use verdict::Verdict;
 
-use crate::diagnosis::heat_map::{Curve, HeatMap};
-use crate::diagnosis::hypotheses::{Hypothesis, Place};
-use crate::diagnosis::library::Untestable;
+use self::heat_map::{Curve, HeatMap};
+use self::hypotheses::{Hypothesis, Place};
+use self::library::Untestable;
 use crate::residuals::noise::Suspect;
 
 use crate::effects::{self, EffectId};

@@ -2,7 +2,7 @@
 //!
 //! They are on the disk or, in a browser, which has none for a program, in memory.
 
-mod csv_table;
+pub mod csv_table;
 pub mod disk;
 mod error;
 #[cfg(target_family = "wasm")]
@@ -13,7 +13,6 @@ pub mod streams;
 mod text;
 mod toml_document;
 
-pub use csv_table::{CsvRow, CsvTable};
 pub use error::{FileError, FileErrorKind, cannot_be_read, cannot_be_written, one_line, with_reasons};
 pub use names::{name_remedy, nearest_name};
 pub(crate) use rows::{Record, Rows};

@@ -20,11 +20,11 @@ mod prospect;
 mod rival;
 mod rivalry;
 
-use crate::planning::designer::Criterion;
-use crate::planning::designer::Designer;
-use crate::planning::forecast::Forecast;
-use crate::planning::pool::CellLayout;
-use crate::planning::rival::Rival;
+use self::designer::Criterion;
+use self::designer::Designer;
+use self::forecast::Forecast;
+use self::pool::CellLayout;
+use self::rival::Rival;
 pub use action::{Action, Kind, NotOffered, actions};
 pub use adaptive::{Adaptive, LOOKS, Reached};
 

@@ -5,7 +5,8 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{IndicatorError, ManipulatorError};
-use crate::files::{CsvRow, CsvTable, FileError};
+use crate::files::FileError;
+use crate::files::csv_table::{CsvRow, CsvTable};
 use crate::units::{DEG, UM};
 
 /// One stop of a recorded arm, a row of `iterations.csv`.

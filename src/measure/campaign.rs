@@ -18,7 +18,7 @@ pub use record::{Abort, CampaignRecord, ProbingRecord};
 
 use serde::Serialize;
 
-use super::campaign::journal::ProbingEntry;
+use self::journal::ProbingEntry;
 
 use super::centring::{CenteringController, CentringFailure, Iteration, Probing};
 use super::dataset::Sample;

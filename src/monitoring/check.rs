@@ -21,8 +21,8 @@ pub mod power;
 mod scene;
 mod seen;
 
-use crate::monitoring::check::conditions::Condition;
-use crate::monitoring::check::power::Shown;
+use self::conditions::Condition;
+use self::power::Shown;
 pub use choose::choose_sentinels;
 pub use copies::rows_again;
 pub use noise::NoiseOf;

@@ -22,10 +22,10 @@ mod products;
 pub mod tables;
 mod units;
 
-use crate::monitoring::runs::tables::EffectInRuns;
-use crate::monitoring::runs::tables::EffectStatus;
-use crate::monitoring::runs::tables::ParameterInRuns;
-use crate::monitoring::runs::tables::RunOfRobot;
+use self::tables::EffectInRuns;
+use self::tables::EffectStatus;
+use self::tables::ParameterInRuns;
+use self::tables::RunOfRobot;
 pub use drift::Drift;
 pub use left_out::LeftOut;
 pub use units::Pattern;

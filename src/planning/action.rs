@@ -5,14 +5,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::layout::CellLayout;
-use super::pool::Pool;
+use super::pool::{CellLayout, Pool};
 use crate::diagnosis::Examination;
 use crate::measure::dataset::{Ball, Dataset, Measured, Sample, SampleSet};
 use crate::measure::poses::PlannedPose;
 use crate::measure::poses::free_poses::{FreePosesRequest, free_poses};
-use crate::measure::poses::pool::Candidate as Probing;
-use crate::measure::poses::pool::{PoolError, PoolRequest, ProbedBall, feasible_pool};
+use crate::measure::poses::pool::{Candidate as Probing, PoolError, PoolRequest, ProbedBall, feasible_pool};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::rel_tool::RelTool;
 use crate::robot::statics::Payload;

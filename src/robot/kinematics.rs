@@ -7,7 +7,7 @@
 //! lane, and gives the same bytes as in a batch.
 
 pub(crate) use super::posture_view::LanePosture;
-pub use super::posture_view::PostureView;
+pub(crate) use super::posture_view::PostureView;
 
 mod jacobian;
 mod mdh_rows;

@@ -20,7 +20,7 @@ use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
 /// The value of the key `format`.
-pub const ROBOT_FORMAT: &str = "calibench-robot/1";
+pub(crate) const ROBOT_FORMAT: &str = "calibench-robot/1";
 
 /// A chain of joints, with masses and bodies where they are known.
 #[derive(Debug, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use super::hold_out::HoldOut;
 use crate::diagnosis::Examination;
 use crate::diagnosis::{Diagnosis, Verdict};
 
-use super::ladder::step::examined_rung;
+use self::step::examined_rung;
 use super::objections::Objection;
 use super::recommend::steps::gains_of_each;
 use super::recommend::{Choice, ChoiceKind as Kind, Recommendation, recommend};

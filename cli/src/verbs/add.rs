@@ -15,12 +15,12 @@ use calibench_report::{
     parameter_rows, symptom_sentence,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
-use super::data_gate::gate;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json, tell};
-use super::progress::Waiting;
-use super::streams::{input, output};
+use crate::arguments::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_json, tell};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = named(&datasets);
     let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
     let checks = check_datasets(&arguments.check, &datasets)?;
-    let checks = super::data::named(&checks);
+    let checks = crate::arguments::data::named(&checks);
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &checks };
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);

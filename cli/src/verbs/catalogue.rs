@@ -8,8 +8,8 @@ use calibench::robot::built_in;
 use calibench_report::{Plausible, gallery_page, optional, plain_table};
 use serde_json::json;
 
-use super::failure::{Failure, Outcome};
-use super::output::{print_answer, print_json};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print_answer, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {

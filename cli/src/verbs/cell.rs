@@ -11,8 +11,8 @@ use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;
 use clap::Subcommand;
 
-use super::failure::{Failure, Hardware, Outcome};
-use super::output::print_answer;
+use crate::terminal::failure::{Failure, Hardware, Outcome};
+use crate::terminal::output::print_answer;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -20,16 +20,16 @@ use calibench_sim::scenario::load_scenario;
 
 use self::history::{History, day_until_now};
 use self::turn::Turn;
-use super::choices::seed;
-use super::choosing::Choice;
-use super::data::{read_calibration_to_use, read_datasets};
-use super::failure::{Failure, LocatedError, Outcome};
+use super::measure::cell as measure_cell;
 use super::measure::{Simulated, simulate};
-use super::measure_cell;
-use super::output::{check_outputs, note, print, print_answer, print_json};
-use super::plan_cell::is_cell;
-use super::progress::Waiting;
-use super::streams::{input, output};
+use super::plan::cell::is_cell;
+use crate::arguments::choices::seed;
+use crate::arguments::choosing::Choice;
+use crate::arguments::data::{read_calibration_to_use, read_datasets};
+use crate::terminal::failure::{Failure, LocatedError, Outcome};
+use crate::terminal::output::{check_outputs, note, print, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 /// Sizes for which the power of a check is printed, in units of the noise of one comparison.
 const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];

@@ -14,11 +14,11 @@ use calibench_report::{
     extrapolation_sentence, write_comparison_plots,
 };
 
-use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
-use super::failure::{Failure, Outcome};
-use super::output::{print, print_answer, print_json};
-use super::progress::Waiting;
-use super::streams::input;
+use crate::arguments::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {

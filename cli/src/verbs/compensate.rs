@@ -27,8 +27,8 @@ use calibench_report::documents::{
 use calibench_report::{HERE, extrapolation_sentence, plain_table};
 use nalgebra::{Point3, Vector3};
 
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json, print_written, warn};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written, warn};
 pub use arguments::Arguments;
 use telling::{MOST_TOLD, tell_setting};
 

@@ -6,12 +6,12 @@ use calibench::files::disk::write_whole;
 use serde_json::to_value;
 use toml::{Table, Value};
 
-use super::choices::seed;
-use super::design_tables::design_text;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::progress::Steps;
-use super::streams::output;
+use crate::arguments::choices::seed;
+use crate::tables::design::design_text;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::Steps;
+use crate::terminal::streams::output;
 use calibench_lab::design::{Design, Judged, design, design_page};
 use calibench_sim::scenario::Document;
 

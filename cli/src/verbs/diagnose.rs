@@ -13,12 +13,12 @@ use calibench_report::{
     Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
 };
 
-use super::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
-use super::data_gate::gate;
-use super::failure::{Failure, Outcome};
-use super::output::{print, print_answer, print_json};
-use super::progress::Stages;
-use super::streams::input;
+use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_json};
+use crate::terminal::progress::Stages;
+use crate::terminal::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {

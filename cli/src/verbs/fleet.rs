@@ -6,10 +6,10 @@ use calibench::identify::calibration::Calibration;
 use calibench::identify::fleet::{Fleet, SeemOne, write_fleet};
 use calibench_report::{documents, fleet_text};
 
-use super::data::read_calibration_to_use;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json, warn};
-use super::streams::output;
+use crate::arguments::data::read_calibration_to_use;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_json, warn};
+use crate::terminal::streams::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {

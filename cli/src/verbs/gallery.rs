@@ -12,12 +12,12 @@ use calibench_lab::gallery::{Campaign, gallery, of_scenario};
 use calibench_report::{GALLERY_MARK, Gallery};
 use calibench_sim::scenario::load_scenario;
 
-use super::choices::seed;
-use super::data::{model_for, read_datasets};
-use super::data_gate::gate;
-use super::failure::{Failure, Outcome};
-use super::output::print;
-use super::progress::{Trials, Waiting};
+use crate::arguments::choices::seed;
+use crate::arguments::data::{model_for, read_datasets};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::print;
+use crate::terminal::progress::{Trials, Waiting};
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -15,12 +15,12 @@ use calibench_report::{
     unresolved_sentences, weighing_sentence, wider_sentence,
 };
 
-use super::data::{locate_in_data, model_for, named, read_datasets, read_fleet_of, tell_fit};
-use super::data_gate::{DoNotFit, gate};
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json, print_written, warn};
-use super::progress::Waiting;
-use super::streams::{input, output};
+use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, read_fleet_of, tell_fit};
+use crate::arguments::data_gate::{DoNotFit, gate};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written, warn};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -16,12 +16,12 @@ use calibench::units::MM;
 use calibench_report::{documents, misfit_sentence};
 use serde_json::json;
 
-use super::choices::seed;
-use super::data_gate::gate;
-use super::failure::{Failure, Outcome};
-use super::output::{note, print, print_answer, print_json};
-use super::progress::Waiting;
-use super::streams::{input, output};
+use crate::arguments::choices::seed;
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{note, print, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {

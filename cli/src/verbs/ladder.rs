@@ -14,12 +14,14 @@ use calibench_report::{
     top_sentences,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
-use super::data_gate::gate;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
-use super::progress::Waiting;
-use super::streams::{input, output};
+use crate::arguments::data::{
+    check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet,
+};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -55,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let checks = check_datasets(&arguments.check, &datasets)?;
-    let checks = super::data::named(&checks);
+    let checks = crate::arguments::data::named(&checks);
     let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);

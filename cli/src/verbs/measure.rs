@@ -1,5 +1,8 @@
 //! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell; with `--cell CELL`, those of a real one.
 
+pub(super) mod cell;
+pub(super) mod rehearsal;
+
 use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::diagnose;
@@ -15,15 +18,15 @@ use calibench::planning::{Adaptive, LOOKS};
 use calibench::units::MM;
 use calibench_report::{Recommended, WORKSPACE, finds_nothing, lacking_sentence};
 
-use super::choices::PlantChoice;
-use super::choices::seed;
-use super::choosing::{Choice, Chosen, finished};
-use super::data::model_for;
-use super::failure::{Failure, Interrupted, Outcome};
-use super::measure_cell;
-use super::output::{print_answer, warn};
-use super::progress::{CampaignBar, Waiting};
-use super::streams::input;
+use self::cell as measure_cell;
+use crate::arguments::choices::PlantChoice;
+use crate::arguments::choices::seed;
+use crate::arguments::choosing::{Choice, Chosen, finished};
+use crate::arguments::data::model_for;
+use crate::terminal::failure::{Failure, Interrupted, Outcome};
+use crate::terminal::output::{print_answer, warn};
+use crate::terminal::progress::{CampaignBar, Waiting};
+use crate::terminal::streams::input;
 use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::progress::Waiting;
-use super::streams::output;
-use super::study_tables::{Products, study_json, study_text};
+use crate::tables::study::{Products, study_json, study_text};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::output;
 use calibench_lab::study::merge;
 
 #[derive(clap::Args)]

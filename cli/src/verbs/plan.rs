@@ -1,17 +1,19 @@
 //! `plan SCENARIO|CELL -o PLAN`.
 
+pub(super) mod cell;
+
 use std::path::PathBuf;
 
 use calibench::diagnosis::detectability::Detectability;
 use calibench::measure::poses::write_plan;
 use calibench_report::{detectability_text, documents};
 
-use super::choices::seed;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_answer, print_json};
-use super::plan_cell::{is_cell, scenario_of};
-use super::progress::Waiting;
-use super::streams::output;
+use self::cell::{is_cell, scenario_of};
+use crate::arguments::choices::seed;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::output;
 use calibench_sim::planning::{Chosen, nominal_samples, plan_within, shown};
 use calibench_sim::scenario::load_scenario;
 

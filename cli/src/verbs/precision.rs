@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::choices::seed;
-use super::failure::{Failure, Outcome};
-use super::output::{print_answer, print_json};
-use super::precision_tables::{precision_json, precision_text};
-use super::progress::Trials;
+use crate::arguments::choices::seed;
+use crate::tables::precision::{precision_json, precision_text};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print_answer, print_json};
+use crate::terminal::progress::Trials;
 use calibench::files::with_reasons;
 use calibench_lab::precision::{PrecisionError, Setup, Source, budget, carry_out};
 use calibench_sim::random::Streams;

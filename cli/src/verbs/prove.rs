@@ -10,9 +10,9 @@ use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;
 use calibench_lab::injection::NoiseChoice;
 
-use super::choices::seed;
-use super::failure::{Failure, Outcome};
-use super::streams::{input, output};
+use crate::arguments::choices::seed;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::streams::{input, output};
 
 /// Number of random parts of the postures if other divisions are requested.
 const FOLDS: usize = 5;

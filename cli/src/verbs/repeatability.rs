@@ -1,18 +1,20 @@
 //! `repeatability SCENARIO|--cell CELL`: repeatability of the robot and lost motion of its joints on reversal, measured with
 //! the gauge.
 
+pub(super) mod cell;
+
 use std::path::PathBuf;
 
 use calibench::measure::campaign::repeatability::RepeatabilitySettings;
 use serde_json::json;
 
-use super::choices::PlantChoice;
-use super::choices::seed;
-use super::failure::{Failure, Outcome};
-use super::output::{print_answer, print_json};
-use super::progress::Waiting;
-use super::repeatability_cell::{Asked, CellArguments, at_cell, places};
-use super::repeatability_tables::{Whose, repeatability_json, repeatability_text};
+use self::cell::{Asked, CellArguments, at_cell, places};
+use crate::arguments::choices::PlantChoice;
+use crate::arguments::choices::seed;
+use crate::tables::repeatability::{Whose, repeatability_json, repeatability_text};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print_answer, print_json};
+use crate::terminal::progress::Waiting;
 use calibench::files::with_reasons;
 use calibench_sim::random::Streams;
 use calibench_sim::repeatability::{RepeatabilityError, Visited, stations, visit};

@@ -11,12 +11,12 @@ use calibench_report::documents::Run;
 use calibench_report::workbench::Case;
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 
-use super::data::{locate_in_data, model_for, read_datasets};
-use super::data_gate::gate;
-use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::progress::Waiting;
-use super::streams::{input, output};
+use crate::arguments::data::{locate_in_data, model_for, read_datasets};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, LocatedError, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 /// Default file name of a report.
 pub const FILE: &str = "report.html";

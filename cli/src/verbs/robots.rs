@@ -15,10 +15,10 @@ use calibench_report::{documents, misfit_sentence, nominal_fit_lines, plain_rows
 use clap::Subcommand;
 use serde_json::{Value, json};
 
-use super::data::{named, read_datasets};
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::streams::output;
+use crate::arguments::data::{named, read_datasets};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::streams::output;
 
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]

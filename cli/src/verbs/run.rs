@@ -15,15 +15,15 @@ use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
 use calibench_report::{documents, histogram, judged_alike, plain_table, validation_row, validation_table};
 
-use super::choices::PlantChoice;
-use super::choices::seed;
-use super::data::forecast;
-use super::failure::{Failure, Outcome};
-use super::hidden_table::{hidden_effects, hidden_text, named};
 use super::identify::story;
-use super::output::{print, print_answer, print_json, warn};
 use super::plan::chosen_sentence;
-use super::progress::{CampaignBar, Waiting};
+use crate::arguments::choices::PlantChoice;
+use crate::arguments::choices::seed;
+use crate::arguments::data::forecast;
+use crate::tables::hidden::{hidden_effects, hidden_text, named};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_json, warn};
+use crate::terminal::progress::{CampaignBar, Waiting};
 #[cfg(feature = "mujoco")]
 use calibench::files::with_reasons;
 use calibench_sim::compensation::Compensation;

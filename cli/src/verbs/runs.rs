@@ -13,13 +13,13 @@ use calibench::residuals::noise::Suspect;
 use calibench_report::{documents, runs_answer, runs_text};
 use jiff::civil::Date;
 
-use super::data::{locate_in_data, model_for, read_datasets};
-use super::data_gate::gate;
-use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, is_told, note, print_answer, print_json, warn};
-use super::progress::Waiting;
 use super::prove::thin;
-use super::streams::{input, output};
+use crate::arguments::data::{locate_in_data, model_for, read_datasets};
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, LocatedError, Outcome};
+use crate::terminal::output::{check_outputs, is_told, note, print_answer, print_json, warn};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::choices::seed;
-use super::choices::{LoopChoice, MakerChoice, PlantChoice, ServerChoice};
-use super::failure::{Failure, Outcome};
-use super::output::note;
+use crate::arguments::choices::seed;
+use crate::arguments::choices::{LoopChoice, MakerChoice, PlantChoice, ServerChoice};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::note;
 use calibench_serve::{Injection, Manner, RobotManner, Service, serve};
 use calibench_sim::planning::plan;
 use calibench_sim::plans::session_s;

@@ -6,8 +6,8 @@ use calibench::files::disk::write_whole;
 use clap_complete::Shell;
 
 use super::command;
-use super::failure::{Failure, Outcome};
-use super::output::{print_answer, print_bytes};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print_answer, print_bytes};
 
 #[derive(clap::Args)]
 pub struct Completions {

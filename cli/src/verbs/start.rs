@@ -12,9 +12,9 @@ use calibench::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayReques
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::units::{DEG, MM};
 
-use super::failure::hardware;
-use super::failure::{Failure, Hardware};
-use super::operator::Operator;
+use crate::terminal::failure::hardware;
+use crate::terminal::failure::{Failure, Hardware};
+use crate::terminal::operator::Operator;
 use calibench_sim::scenario::load_scenario;
 
 /// Distance of a ball from the TCP beyond which the gauge is clear of it, m: more than the retreats of plans, and half the

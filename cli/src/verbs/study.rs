@@ -6,11 +6,11 @@ use std::time::Instant;
 use serde_json::json;
 use toml::Value;
 
-use super::choices::{MethodChoice, PlantChoice, seed};
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::progress::{Trials, Waiting};
-use super::study_tables::{Products, study_json, study_text};
+use crate::arguments::choices::{MethodChoice, PlantChoice, seed};
+use crate::tables::study::{Products, study_json, study_text};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::{Trials, Waiting};
 use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials};
 use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::{Document, KeyError};

@@ -6,12 +6,12 @@ use calibench::files::disk::write_whole;
 use calibench_report::plain_table;
 use serde_json::json;
 
-use super::choices::seed;
-use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print_answer, print_json};
-use super::progress::Trials;
-use super::streams::output;
-use super::suite_tables::{classes_text, suite_text};
+use crate::arguments::choices::seed;
+use crate::tables::suite::{classes_text, suite_text};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::Trials;
+use crate::terminal::streams::output;
 use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
 use calibench_sim::scenario::{Scenario, load_scenario};
 

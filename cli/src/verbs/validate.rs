@@ -15,10 +15,10 @@ use calibench_report::{
 };
 
 use super::compare::of_fitted_rows;
-use super::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
-use super::failure::{Failure, Outcome};
-use super::output::{print, print_answer, print_json, warn};
-use super::streams::input;
+use crate::arguments::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_json, warn};
+use crate::terminal::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {

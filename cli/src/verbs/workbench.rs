@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use calibench::files::disk::write_whole;
 use calibench_report::workbench::{Bench, Place, page_in_browser};
 
-use super::failure::{Failure, Outcome};
-use super::output::{print_answer, warn};
 use super::report::{locate_in_case, open, run_folder};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print_answer, warn};
 use crate::workbench::{HEADER_PATIENCE, Server};
 
 #[derive(clap::Args)]

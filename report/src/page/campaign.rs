@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::short;
-use calibench::files::{CsvTable, FileError};
+use calibench::files::FileError;
+use calibench::files::csv_table::CsvTable;
 
 /// The remedy given for a malformed file.
 const REMEDY: &str = "give the file as `calibench run` wrote it";

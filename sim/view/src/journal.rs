@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use calibench::files::{CsvTable, FileError};
+use calibench::files::FileError;
+use calibench::files::csv_table::CsvTable;
 use calibench::units::{DEG, UM};
 use nalgebra::Vector3;
 

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use calibench::files::{CsvRow, CsvTable, FileError};
+use calibench::files::FileError;
+use calibench::files::csv_table::{CsvRow, CsvTable};
 use calibench::robot::Pose;
 use calibench::units::{DEG, MM};
 use nalgebra::{Rotation3, Translation3, Vector3};

@@ -5,7 +5,7 @@ mod keys;
 
 use std::path::{Path, PathBuf};
 
-use super::cell::keys::{CellToml, CentringToml, KindToml};
+use self::keys::{CellToml, CentringToml, KindToml};
 use super::mastering::MasteringSettings;
 use crate::cell::gauge::{CellIndicator, indicators};
 use crate::cell::guards::Guards;

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 use super::conditions::Changed;
 use crate::measure::dataset::file::write_dataset_with;
 
-use super::journal::entry::Entry;
-use super::journal::lines::{Broken, first_line, line, read_lines};
-use super::journal::place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
+use self::entry::Entry;
+use self::lines::{Broken, first_line, line, read_lines};
+use self::place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
 use super::{CampaignRecord, Conditions};
 use crate::files::disk::{sync_folder_of, write_whole};
 use crate::files::{FileError, FileErrorKind, cannot_be_written};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use calibench::files::disk::full_path;
 use calibench::files::{FileError, cannot_be_written};
 
-use super::super::output::note;
+use crate::terminal::output::note;
 
 /// The right to read a history and to write it, which nobody else has meanwhile.
 ///

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::streams::{input, output};
+use crate::terminal::streams::{input, output};
 use calibench::compensate::WorkFrame;
 use calibench::robot::FramePose;
 

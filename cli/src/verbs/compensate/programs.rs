@@ -15,10 +15,10 @@ use calibench::units::MM;
 use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};
 use calibench_report::extrapolation_sentence;
 
-use super::super::failure::{Failure, Outcome};
-use super::super::output::{check_outputs, print, print_answer, print_written, warn};
 use super::arguments::Arguments;
 use super::telling::{MOST_TOLD, tell_setting};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print, print_answer, print_written, warn};
 
 /// The programs given, and where they go.
 pub struct Programs {

@@ -4,8 +4,8 @@ use calibench::compensate::Compensator;
 use calibench::robot::{FramePose, Pose};
 use calibench::units::{DEG, MM};
 
-use super::super::failure::Failure;
-use super::super::output::print;
+use crate::terminal::failure::Failure;
+use crate::terminal::output::print;
 
 /// Number of refused targets, or of lines, printed; the file or the document lists all.
 pub const MOST_TOLD: usize = 20;

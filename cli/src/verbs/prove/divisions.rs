@@ -8,11 +8,11 @@ use calibench::measure::dataset::Dataset;
 use calibench_lab::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
 use serde_json::json;
 
-use super::super::data::{named, read_datasets};
-use super::super::failure::{Failure, Outcome};
-use super::super::output::{check_outputs, print_answer, print_json};
-use super::super::progress::Waiting;
 use super::{Arguments, FOLDS, thin};
+use crate::arguments::data::{named, read_datasets};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::progress::Waiting;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let rows = arguments.rows.as_ref().map(|folder| folder.join("rows.csv"));

@@ -23,14 +23,14 @@ use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::units::{DEG, MM};
 
-use super::cell::disagreement_verdict;
-use super::choosing::{Choice, Chosen, finished};
-use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
-use super::operator::{OperatedArguments, Operator};
-use super::output::{note, print_answer, tell, warn};
-use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
-use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
+use crate::arguments::choosing::{Choice, Chosen, finished};
+use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
+use crate::terminal::operator::{OperatedArguments, Operator};
+use crate::terminal::output::{note, print_answer, tell, warn};
+use crate::terminal::progress::CampaignBar;
+use crate::verbs::cell::disagreement_verdict;
+use crate::verbs::start::{Before, FirstMotion, begin, guard_conditions, preflight};
 use calibench_sim::planning::wanted;
 
 #[derive(clap::Args)]

@@ -9,8 +9,8 @@ use calibench::files::disk::check_output_file;
 use calibench_report::without_marks;
 
 use super::failure::Failure;
+use super::fitting::fitted;
 use super::palette::{When, painted};
-use super::terminal::fitted;
 
 /// Checks that every requested file can be written, before the work that produces it.
 pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), FileError> {

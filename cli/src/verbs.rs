@@ -5,41 +5,23 @@ mod add;
 mod catalogue;
 mod cell;
 mod check;
-mod choices;
-mod choosing;
 mod compare;
 mod compensate;
-mod data;
-mod data_gate;
 mod design;
-mod design_tables;
 mod diagnose;
-mod failure;
 mod fleet;
 mod gallery;
-mod help;
-mod hidden_table;
 mod identify;
 mod import;
 mod ladder;
 mod measure;
-mod measure_cell;
 mod merge;
 mod next;
-mod operator;
-mod output;
 mod overwritten;
-mod palette;
 mod plan;
-mod plan_cell;
 mod precision;
-mod precision_tables;
-mod progress;
 mod prove;
-mod rehearsal;
 mod repeatability;
-mod repeatability_cell;
-mod repeatability_tables;
 mod report;
 mod robots;
 mod run;
@@ -47,12 +29,8 @@ mod runs;
 mod serve;
 mod shell;
 mod start;
-mod streams;
 mod study;
-mod study_tables;
 mod suite;
-mod suite_tables;
-mod terminal;
 mod validate;
 mod workbench;
 
@@ -66,15 +44,20 @@ use calibench::identify::calibration::IdentifyError;
 use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use self::failure::{BAD_INPUT, Failure, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk};
-use self::output::{Level, Manner, tell};
-use self::palette::When;
-use self::streams::Streams;
+use crate::terminal::failure::{
+    BAD_INPUT, Failure, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk,
+};
+use crate::terminal::fitting;
+use crate::terminal::help;
+use crate::terminal::output;
+use crate::terminal::output::{Level, Manner, tell};
+use crate::terminal::palette::When;
+use crate::terminal::streams::Streams;
 
 /// A simulation-first testbench for calibrating industrial robots.
 #[derive(Parser)]
 #[command(name = "calibench", version, arg_required_else_help = true)]
-struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     verb: Verb,
     /// Do not fit tables and sentences to the terminal (or to COLUMNS)
@@ -188,7 +171,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
     };
     let streams = Streams::of(&matches);
     output::print_in(Manner {
-        columns: terminal::columns(arguments.wide),
+        columns: fitting::columns(arguments.wide),
         level: Level::of(arguments.quiet, arguments.verbose),
         colour: arguments.colour,
         beside: streams.holds_a_file(),

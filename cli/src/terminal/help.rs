@@ -116,8 +116,8 @@ mod tests {
 
     use clap::CommandFactory;
 
-    use super::super::Arguments;
     use super::*;
+    use crate::verbs::Arguments;
 
     #[test]
     fn every_verb_is_listed_once_and_has_an_example_that_it_understands() {

@@ -6,8 +6,8 @@ use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::units::{DEG, MM};
 use calibench_report::plain_table;
 
-use super::failure::{Failure, Outcome};
-use super::output::print_answer;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::print_answer;
 
 /// Prints the motions of the plan in order, each with its joints and the TCP of the nominal arm, the least clearance of each
 /// pose's path and approach, and the verdict of the guards.

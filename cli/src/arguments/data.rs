@@ -14,8 +14,8 @@ use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undet
 pub use calibench_report::workbench::{locate_in_data, model_for};
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 
-use super::failure::{Failure, LocatedError};
-use super::output::{note, print_detail, warn};
+use crate::terminal::failure::{Failure, LocatedError};
+use crate::terminal::output::{note, print_detail, warn};
 
 /// Reads datasets and names them by their folders: the last component of the path, or as many as make the names unique.
 pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {

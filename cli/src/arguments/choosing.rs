@@ -7,7 +7,7 @@ use calibench::measure::centring::Probing;
 use calibench::measure::dataset::Sample;
 use calibench::measure::poses::PlannedPose;
 
-use super::progress::CampaignBar;
+use crate::terminal::progress::CampaignBar;
 
 /// Says which of the waiting poses comes next, after these samples; `None` if they are enough.
 pub type Choose<'a> = &'a mut dyn FnMut(&[&PlannedPose], &[Sample]) -> Option<usize>;
@@ -57,6 +57,6 @@ impl Choice<'_> {
 }
 
 /// What is said of a campaign that needs nothing more.
-pub(super) fn finished(probings: usize, output: &Path) -> String {
+pub(crate) fn finished(probings: usize, output: &Path) -> String {
     format!("nothing to do: the campaign is finished, after {probings} probings; its dataset is in {}", output.display())
 }

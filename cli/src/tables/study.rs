@@ -6,8 +6,8 @@ use calibench::files::disk::write_whole;
 use calibench_report::plain_rows;
 use serde_json::{Map, Value, json};
 
-use super::failure::Failure;
-use super::streams::output;
+use crate::terminal::failure::Failure;
+use crate::terminal::streams::output;
 use calibench_lab::study::{
     Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, expect_parquet, study_page, write_parquet,
 };

@@ -7,30 +7,30 @@ use calibench_report::workbench::{copied_rows, located_misfit};
 use calibench_report::{documents, nominal_fit_lines};
 
 use super::data::named;
-use super::failure::Failure;
-use super::output::{print, print_answer, print_json, warn};
+use crate::terminal::failure::Failure;
+use crate::terminal::output::{print, print_answer, print_json, warn};
 
 /// Data that do not fit their robot: rejected unless forced.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-pub(super) struct DoNotFit(pub(super) String);
+pub(crate) struct DoNotFit(pub(crate) String);
 
 /// The nominal fit of the data and, if they do not fit but the user continues, the reason.
-pub(super) struct Gate {
-    pub(super) fits: Vec<DataFit>,
+pub(crate) struct Gate {
+    pub(crate) fits: Vec<DataFit>,
     /// The sentence repeated in every result.
-    pub(super) misfit: Option<String>,
+    pub(crate) misfit: Option<String>,
 }
 
 impl Gate {
     /// Prints the nominal fits and any misfit, ahead of other text.
-    pub(super) fn tell(&self) -> Result<(), Failure> {
+    pub(crate) fn tell(&self) -> Result<(), Failure> {
         nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
         self.misfit.iter().try_for_each(|sentence| print_answer(sentence))
     }
 
     /// All datasets that do not fit, each with its sentence: they need not all be examined together.
-    pub(super) fn misfits(&self) -> Vec<(String, String)> {
+    pub(crate) fn misfits(&self) -> Vec<(String, String)> {
         let misfits = self.fits.iter().filter_map(|fit| fit.misfit.as_ref());
         misfits.map(|m| (m.nominal.dataset.clone(), located_misfit(m))).collect()
     }
@@ -41,7 +41,7 @@ impl Gate {
 ///
 /// # Errors
 /// If the data do not fit, or rows are given twice, unless `force`: exit code 2, and with `json` one document on standard output.
-pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
+pub(crate) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
     for (name, dataset) in datasets {
         let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
         dataset.long_sessions().iter().for_each(|session| warn(&format!("warning: {file}{session}")));

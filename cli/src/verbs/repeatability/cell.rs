@@ -11,13 +11,13 @@ use calibench::measure::centring::{CenteringController, ProbingFailure};
 use calibench::measure::poses::ways::{ArmAt, HomeWays};
 use calibench::measure::poses::{PlannedPose, read_plan};
 
-use super::failure::Failure;
-use super::failure::hardware;
-use super::measure_cell::{open_gauges, prepare};
-use super::operator::{OperatedArguments, Operator};
-use super::output::tell;
-use super::start::{Before, FirstMotion, begin, preflight};
-use super::streams::input;
+use crate::terminal::failure::Failure;
+use crate::terminal::failure::hardware;
+use crate::terminal::operator::{OperatedArguments, Operator};
+use crate::terminal::output::tell;
+use crate::terminal::streams::input;
+use crate::verbs::measure::cell::{open_gauges, prepare};
+use crate::verbs::start::{Before, FirstMotion, begin, preflight};
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
 #[derive(clap::Args)]

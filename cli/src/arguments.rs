@@ -1,0 +1,6 @@
+//! Arguments that several verbs share, and the data that they name.
+
+pub mod choices;
+pub mod choosing;
+pub mod data;
+pub mod data_gate;
