@@ -1,4 +1,4 @@
-//! Possible errors of an arm, its gauge, its artifact or its set-up: one file per physical effect, one [`CATALOGUE`].
+//! Possible errors of an arm, its gauge, its artifact or its set-up: one file per physical effect, one [`catalogue`].
 //!
 //! An effect defines its shape, never its size. It lists the [`Site`]s it moves, per unit of each of its parameters, in a
 //! given [`Situation`]; it is linear in its parameters and arbitrary in everything else. The plant holds one set of sizes

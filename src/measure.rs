@@ -1,6 +1,8 @@
-//! Taking the data: [`poses`] to probe, [`centring`] on one ball, the whole [`campaign`], and the [`dataset`] that it leaves.
+//! Taking the data: [`poses`] to probe, [`centring`] on one ball, the whole [`campaign`], the [`dataset`] that it leaves,
+//! and the [`session`] at a real cell.
 
 pub mod campaign;
 pub mod centring;
 pub mod dataset;
 pub mod poses;
+pub mod session;

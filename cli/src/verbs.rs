@@ -28,7 +28,6 @@ mod run;
 mod runs;
 mod serve;
 mod shell;
-mod start;
 mod study;
 mod suite;
 mod validate;

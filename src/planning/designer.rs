@@ -43,9 +43,9 @@ pub(super) struct Workspace {
 
 impl<'a> Designer<'a> {
     /// Prepares the choice of measurements for the rivals of an examination. Without rivals only
-    /// [`Criterion::Accuracy`](super::designer::Criterion::Accuracy),
-    /// [`Criterion::Determination`](super::designer::Criterion::Determination) and
-    /// [`Criterion::Random`](super::designer::Criterion::Random) choose any.
+    /// [`Criterion::Accuracy`],
+    /// [`Criterion::Determination`] and
+    /// [`Criterion::Random`] choose any.
     ///
     /// # Errors
     /// When a rival is not in the catalogue, or the data do not determine its state.

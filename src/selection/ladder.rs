@@ -127,7 +127,7 @@ impl Ladder {
 /// curves of all joints and the whole library.
 ///
 /// # Errors
-/// As [`ladder_step`](super::ladder::ladder_step), for the first model. A step that cannot be fitted is not taken.
+/// As [`ladder_step`], for the first model. A step that cannot be fitted is not taken.
 pub fn ladder(
     datasets: &[(&str, &Dataset)],
     model: &Model,

@@ -7,6 +7,7 @@ use calibench::effects::EffectError;
 use calibench::files::with_reasons;
 use calibench::files::{FileError, FileErrorKind};
 use calibench::import::ImportError;
+use calibench::measure::session::StartError;
 
 /// Any error that ends a verb; printed with its chain of causes.
 pub type Failure = Box<dyn std::error::Error>;
@@ -55,6 +56,11 @@ pub fn is_closed_pipe(failure: &(dyn std::error::Error + 'static)) -> bool {
 
 pub fn hardware(error: &(dyn std::error::Error + 'static)) -> Hardware {
     Hardware(with_reasons(error))
+}
+
+/// A session that did not start: bad input, or a device of the cell.
+pub fn not_started(error: StartError) -> Failure {
+    if error.is_of_the_request() { error.into() } else { hardware(&error).into() }
 }
 
 /// How the command line does what the library's error asks for, if it is an option or another verb.

@@ -56,11 +56,6 @@ impl Operator {
         self.stop.clone()
     }
 
-    /// True if all questions were answered in advance on the command line.
-    pub fn asks_nobody(&self) -> bool {
-        !self.is_asked
-    }
-
     /// Shows a question and waits for Enter.
     ///
     /// # Errors
@@ -93,6 +88,10 @@ impl Attendant for Operator {
             std::thread::sleep(TAKEN_AWAY);
         }
         self.ask("The indicators are set. Take the master ball away; nothing may touch the plungers.")
+    }
+
+    fn asks_nobody(&self) -> bool {
+        !self.is_asked
     }
 }
 

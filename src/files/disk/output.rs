@@ -30,7 +30,7 @@ pub fn check_output_file(path: &Path) -> Result<(), FileError> {
     check_room_beside(path, &target_of(path).map_err(fail)?)
 }
 
-/// Checks that [`crate::files::memory::replace_folder`] can put a folder at `path` with these arguments; leaves nothing behind.
+/// Checks that [`crate::files::disk::replace_folder`] can put a folder at `path` with these arguments; leaves nothing behind.
 ///
 /// # Errors
 /// When it is a file, has other content, a parent is not a folder, or nothing can be created there.

@@ -20,6 +20,11 @@ pub trait Attendant {
     /// # Errors
     /// When the mastering is cancelled.
     fn remove_master_ball(&mut self) -> Result<(), CalledOff>;
+
+    /// True if all questions were answered in advance: the master ball lies in the socket from the start.
+    fn asks_nobody(&self) -> bool {
+        false
+    }
 }
 
 /// The attendant cancelled the mastering.

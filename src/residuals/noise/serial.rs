@@ -69,7 +69,7 @@ impl SerialCorrelation {
         SerialCorrelation { lags, p }
     }
 
-    /// True if the residuals are correlated in the order of measurement, at [`SERIAL_LEVEL`].
+    /// True if the residuals are correlated in the order of measurement, at a false-alarm rate of 1 in 1,000.
     pub fn is_significant(&self) -> bool {
         self.p < SERIAL_LEVEL
     }

@@ -21,17 +21,18 @@ use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
+use calibench::measure::session::{FirstMotion, GaugeState, StartError, guard_conditions, preflight, start_session};
 use calibench::units::{DEG, MM};
 
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
-use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
+use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
 use crate::verbs::cell::disagreement_verdict;
-use crate::verbs::start::{Before, FirstMotion, begin, guard_conditions, preflight};
 use calibench_sim::planning::wanted;
+use calibench_sim::scenario::load_scenario;
 
 #[derive(clap::Args)]
 pub struct CellArguments {
@@ -65,7 +66,7 @@ pub fn run(
     if arguments.dry_run {
         return rehearse(&cell, &planned);
     }
-    preflight(&cell, &planned, plan)?;
+    preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
     let mut operator = Operator::new(arguments.operated.yes)?;
     let poses = &planned.poses;
@@ -88,7 +89,8 @@ pub fn run(
     }
     let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
     prepare(&cell, robot.as_mut())?;
-    let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
+    let joints = robot.joints().map_err(|e| hardware(&e))?;
+    let first = first_motion(&cell, &planned, &joints)?;
     if let Some(words) = &first.words {
         tell(words);
     }
@@ -98,8 +100,9 @@ pub fn run(
     let log = motion_log(output)?;
     let mut guarded =
         Guarded::new(OffsetClock::new(robot.as_mut(), from_s), cell.guards.clone(), operator.stop(), Box::new(log));
-    let before = Before { session: journal.last_session(), mastered: arguments.operated.mastered, moved: arguments.moved };
-    let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
+    let before = GaugeState { session: journal.last_session(), mastered: arguments.operated.mastered, moved: arguments.moved };
+    let (session, stands) =
+        start_session((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges)).map_err(not_started)?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let mut bar = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
@@ -182,6 +185,18 @@ pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
         }
     }
     Ok(gauges)
+}
+
+/// The motion from joints `q` (rad) to one from which the plan has ways; the cell's scenario, if it names one, knows what stands
+/// around an arm that is on no motion of the plan.
+pub fn first_motion(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<FirstMotion, Failure> {
+    match (FirstMotion::from(cell, plan, q, None), &cell.scenario) {
+        (Err(StartError::BodiesUnknown { .. }), Some(named)) => {
+            let bodies = load_scenario(named)?.surroundings();
+            FirstMotion::from(cell, plan, q, Some(&bodies)).map_err(not_started)
+        }
+        (found, _) => found.map_err(not_started),
+    }
 }
 
 /// Checks that controller and model describe the same arm, and sets speed and tool. Nothing moves.

@@ -10,14 +10,14 @@ use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station
 use calibench::measure::centring::{CenteringController, ProbingFailure};
 use calibench::measure::poses::ways::{ArmAt, HomeWays};
 use calibench::measure::poses::{PlannedPose, read_plan};
+use calibench::measure::session::{GaugeState, preflight, start_session};
 
 use crate::terminal::failure::Failure;
-use crate::terminal::failure::hardware;
+use crate::terminal::failure::{hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::tell;
 use crate::terminal::streams::input;
-use crate::verbs::measure::cell::{open_gauges, prepare};
-use crate::verbs::start::{Before, FirstMotion, begin, preflight};
+use crate::verbs::measure::cell::{first_motion, open_gauges, prepare};
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
 #[derive(clap::Args)]
@@ -54,12 +54,13 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
         );
     };
     let stations = stations(&cell, &planned.poses, asked)?;
-    preflight(&cell, &planned, plan)?;
+    preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let mut operator = Operator::new(arguments.operated.yes)?;
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
     prepare(&cell, robot.as_mut())?;
-    let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
+    let joints = robot.joints().map_err(|e| hardware(&e))?;
+    let first = first_motion(&cell, &planned, &joints)?;
     if let Some(words) = &first.words {
         tell(words);
     }
@@ -70,8 +71,9 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     );
     operator.ask(&question).map_err(|_| "called off; nothing moved")?;
     let mut guarded = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(|_: &MotionRecord| ()));
-    let before = Before { session: None, mastered: arguments.operated.mastered, moved: false };
-    let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
+    let before = GaugeState { session: None, mastered: arguments.operated.mastered, moved: false };
+    let (session, stands) =
+        start_session((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges)).map_err(not_started)?;
     let mut tour = Tour { ways: &ways, stands };
     let mut records = Vec::with_capacity(count);
     for station in &stations {

@@ -1,21 +1,22 @@
-//! Start and resumption of a campaign at a real cell: first off the ball, then the mastering check.
+//! Session at a real cell: nothing moves before the whole plan is permitted, the arm gets off the ball first, and the gauge is
+//! mastered before it measures.
 
-use std::path::Path;
+mod start_error;
 
-use calibench::cell::Manipulator;
-use calibench::cell::gauge::CellGauge;
-use calibench::cell::gauge::PresetManner;
-use calibench::measure::campaign::cell::Cell;
-use calibench::measure::campaign::journal::JournalSession;
-use calibench::measure::campaign::mastering::{master, still_mastered};
-use calibench::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayRequest, Whereabouts, whereabouts};
-use calibench::measure::poses::{PlannedPose, ProbingPlan};
-use calibench::units::{DEG, MM};
+pub use start_error::StartError;
 
-use crate::terminal::failure::hardware;
-use crate::terminal::failure::{Failure, Hardware};
-use crate::terminal::operator::Operator;
-use calibench_sim::scenario::load_scenario;
+use crate::cell::Manipulator;
+use crate::cell::gauge::{CellGauge, PresetManner};
+use crate::measure::campaign::cell::Cell;
+use crate::measure::campaign::journal::JournalSession;
+use crate::measure::campaign::mastering::{Attendant, master, still_mastered};
+use crate::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayRequest, Whereabouts, whereabouts};
+use crate::measure::poses::{PlannedPose, ProbingPlan};
+use crate::robot::solids::Surroundings;
+use crate::units::{DEG, MM};
+
+/// Seed of the search for a way home: the same position gives the same way.
+const WAY_SEED: u64 = 1;
 
 /// Distance of a ball from the TCP beyond which the gauge is clear of it, m: more than the retreats of plans, and half the
 /// distance between balls.
@@ -24,8 +25,8 @@ const CLEAR_OF_BALLS: f64 = 50.0 * MM;
 /// Checks that the guards permit every motion of a plan; nothing moves.
 ///
 /// # Errors
-/// The first forbidden motions and their number.
-pub fn preflight(cell: &Cell, plan: &ProbingPlan, path: &Path) -> Result<(), Failure> {
+/// The forbidden motions.
+pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
     let mut forbidden: Vec<String> = Vec::new();
     let mut judge = |what: String, way: &[Vec<f64>]| {
         let why = way.windows(2).find_map(|leg| cell.guards.joint_motion(&leg[0], &leg[1]).err());
@@ -37,13 +38,7 @@ pub fn preflight(cell: &Cell, plan: &ProbingPlan, path: &Path) -> Result<(), Fai
         judge(name, &way);
     }
     forbidden.extend(touching);
-    if forbidden.is_empty() {
-        return Ok(());
-    }
-    let some = forbidden.iter().take(3).cloned().collect::<Vec<_>>().join("; ");
-    let rest = if forbidden.len() > 3 { format!("; and {} more", forbidden.len() - 3) } else { String::new() };
-    let remedy = "plan anew with `calibench plan CELL`, which keeps to the guards, or correct [guards]";
-    Err(format!("{}: {some}{rest}; nothing has moved; {remedy}", path.display()).into())
+    if forbidden.is_empty() { Ok(()) } else { Err(StartError::Forbidden { motions: forbidden }) }
 }
 
 /// Every way of a plan by name: from pose to pose, onto each ball, and to and from home.
@@ -88,11 +83,12 @@ pub struct FirstMotion {
 }
 
 impl FirstMotion {
-    /// Finds the motion from joints `q` (rad); nothing moves.
+    /// Finds the motion from joints `q` (rad); nothing moves. `bodies` stand around the arm, if they are known: among them a
+    /// path home is searched for where the arm is on no motion of the plan.
     ///
     /// # Errors
     /// If no clear path is known from there.
-    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<Self, Failure> {
+    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64], bodies: Option<&Surroundings>) -> Result<Self, StartError> {
         let model = &cell.dataset;
         let arm = (&*model.robot, &model.base, &model.tool);
         match (whereabouts(&plan.poses, plan.ways.as_ref(), arm, q), &plan.ways) {
@@ -110,7 +106,7 @@ impl FirstMotion {
                 words: None,
                 is_off_a_ball: false,
             }),
-            (Whereabouts::Unknown, Some(ways)) => found(cell, ways, q),
+            (Whereabouts::Unknown, Some(ways)) => path_home(cell, ways, q, bodies),
             (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
                 let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
                 Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()), is_off_a_ball: false })
@@ -122,23 +118,18 @@ impl FirstMotion {
     ///
     /// # Errors
     /// If the robot does not reach the target.
-    pub fn make(self, robot: &mut impl Manipulator) -> Result<ArmAt, Failure> {
-        robot.move_along(&self.way).map_err(|e| hardware(&e))?;
+    pub fn make(self, robot: &mut impl Manipulator) -> Result<ArmAt, StartError> {
+        robot.move_along(&self.way)?;
         Ok(self.station)
     }
 }
 
-/// Plans a path home from a position off all motions of the plan, among the bodies of the cell's scenario.
-fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure> {
+/// Plans a path home from a position off all motions of the plan, among the bodies of the cell.
+fn path_home(cell: &Cell, ways: &HomeWays, q: &[f64], bodies: Option<&Surroundings>) -> Result<FirstMotion, StartError> {
     let home: Vec<String> = ways.home.iter().map(|q| format!("{:.1}", q / DEG)).collect();
-    let jog = format!("jog it to the home posture of the plan ({} deg) and start again", home.join(", "));
-    let Some(named) = &cell.scenario else {
-        let why = "the arm stands on no motion of the plan, and the cell names no scenario that knows what stands around it";
-        return Err(Hardware(format!("{why}: {jog}")).into());
-    };
-    let scenario = load_scenario(named)?;
-    let (model, surroundings) = (&cell.dataset, scenario.surroundings());
-    let request = WayRequest { guards: Some(&cell.guards), ..WayRequest::of(model, &surroundings, scenario.seed) };
+    let home = home.join(", ");
+    let Some(bodies) = bodies else { return Err(StartError::BodiesUnknown { home }) };
+    let request = WayRequest { guards: Some(&cell.guards), ..WayRequest::of(&cell.dataset, bodies, WAY_SEED) };
     match WayFinder::new(request, ways.home.clone()).home_from(q) {
         Ok(way) => Ok(FirstMotion {
             way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
@@ -146,14 +137,12 @@ fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure
             words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
             is_off_a_ball: false,
         }),
-        Err(blocked) => {
-            Err(Hardware(format!("the arm stands on no motion of the plan, and from there {blocked}: {jog}")).into())
-        }
+        Err(blocked) => Err(StartError::Blocked { blocked, home }),
     }
 }
 
 /// State of the gauge known before a session.
-pub struct Before<'a> {
+pub struct GaugeState<'a> {
     /// The previous session, if any.
     pub session: Option<&'a JournalSession>,
     /// True if the operator states that the gauge is mastered.
@@ -167,20 +156,20 @@ pub struct Before<'a> {
 /// mastered before the arm moves.
 ///
 /// # Errors
-/// Those of [`FirstMotion::make`] and [`ready`].
-pub fn begin<M: Manipulator>(
+/// Those of [`FirstMotion::make`]; if an indicator fails, or if the gauge must be mastered and may touch a ball.
+pub fn start_session<M: Manipulator>(
     of: (&Cell, &ProbingPlan),
     first: FirstMotion,
-    before: &Before<'_>,
-    operator: &mut Operator,
+    before: &GaugeState<'_>,
+    attendant: &mut impl Attendant,
     (robot, gauges): (&mut M, &mut [CellGauge; 3]),
-) -> Result<(JournalSession, ArmAt), Failure> {
-    if operator.asks_nobody() && before.session.is_none() && !first.is_off_a_ball {
-        let (session, _) = ready(of, before, operator, (&mut *robot, gauges), (ArmAt::Unknown, true))?;
+) -> Result<(JournalSession, ArmAt), StartError> {
+    if attendant.asks_nobody() && before.session.is_none() && !first.is_off_a_ball {
+        let (session, _) = ensure_mastered(of, before, attendant, (&mut *robot, gauges), (ArmAt::Unknown, true))?;
         return Ok((session, first.make(robot)?));
     }
     let stands = first.make(robot)?;
-    ready(of, before, operator, (robot, gauges), (stands, false))
+    ensure_mastered(of, before, attendant, (robot, gauges), (stands, false))
 }
 
 /// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered anew at the plan's mastering
@@ -188,23 +177,20 @@ pub fn begin<M: Manipulator>(
 ///
 /// # Errors
 /// If an indicator fails, or if the gauge must be mastered and may touch a ball.
-fn ready<M: Manipulator>(
+fn ensure_mastered<M: Manipulator>(
     (cell, plan): (&Cell, &ProbingPlan),
-    before: &Before<'_>,
-    operator: &mut Operator,
+    before: &GaugeState<'_>,
+    attendant: &mut impl Attendant,
     (robot, gauges): (&mut M, &mut [CellGauge; 3]),
     (stands, here): (ArmAt, bool),
-) -> Result<(JournalSession, ArmAt), Failure> {
+) -> Result<(JournalSession, ArmAt), StartError> {
     let known = before.session.map(|session| &session.mastering);
     let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
     let now = robot.clock_s();
     let kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, || now);
     let (mastering, mastering_kept, stands) = match forgetful {
-        Some(k) if before.mastered => {
-            let why = "keeps no preset, so that each run must master it; leave --mastered out";
-            return Err(format!("indicator {} {why}", k + 1).into());
-        }
-        None if before.mastered => (kept(gauges).map_err(|e| hardware(&e))?, before.session.is_some(), stands),
+        Some(axis) if before.mastered => return Err(StartError::KeepsNoPreset { axis }),
+        None if before.mastered => (kept(gauges)?, before.session.is_some(), stands),
         None if before.session.is_some()
             && let Ok(mastering) = kept(gauges) =>
         {
@@ -216,11 +202,11 @@ fn ready<M: Manipulator>(
                 Some(there) => to_mastering(there, robot, &stands)?,
                 None => clear_of_balls(cell, robot)?,
             }
-            let mastering = master(gauges, operator, &cell.trical, &cell.mastering, || now).map_err(|e| hardware(&e))?;
+            let mastering = master(gauges, attendant, &cell.trical, &cell.mastering, || now)?;
             let stands = match there {
                 Some((ways, (_, way))) => {
                     let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
-                    robot.move_along(&back).map_err(|e| hardware(&e))?;
+                    robot.move_along(&back)?;
                     ArmAt::Home
                 }
                 None => stands,
@@ -237,23 +223,20 @@ fn to_mastering(
     (ways, (mastering, way)): (&HomeWays, &(Vec<f64>, Way)),
     robot: &mut impl Manipulator,
     stands: &ArmAt,
-) -> Result<(), Failure> {
+) -> Result<(), StartError> {
     let home = match stands {
         ArmAt::Approach(id) => ways.home_from(id),
         ArmAt::Home | ArmAt::Unknown => Vec::new(),
     };
     let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
-    robot.move_along(&to).map_err(|e| hardware(&e).into())
+    Ok(robot.move_along(&to)?)
 }
 
 /// Checks that the gauge is clear of every ball: a preset written while a plunger touches one shifts all later measurements.
-fn clear_of_balls(cell: &Cell, robot: &mut impl Manipulator) -> Result<(), Failure> {
-    let tcp = cell.guards.tcp(&robot.joints().map_err(|e| hardware(&e))?);
+fn clear_of_balls(cell: &Cell, robot: &mut impl Manipulator) -> Result<(), StartError> {
+    let tcp = cell.guards.tcp(&robot.joints()?);
     match cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS) {
-        Some(ball) => {
-            let why = "the gauge must be mastered, and may touch";
-            Err(Hardware(format!("{why} ball '{}'; nothing was set: jog it clear and start again", ball.id)).into())
-        }
+        Some(ball) => Err(StartError::NearBall { ball: ball.id.clone() }),
         None => Ok(()),
     }
 }
