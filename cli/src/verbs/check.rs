@@ -1,8 +1,5 @@
 //! `check CALIBRATION --then CAMPAIGN [DATASET]`: whether a calibration still holds, by a few poses measured again.
 
-mod history;
-mod turn;
-
 use std::path::{Path, PathBuf};
 
 use calibench::files::disk::{check_output_folder, write_whole};
@@ -14,12 +11,11 @@ use calibench::measure::dataset::{Dataset, Sample};
 use calibench::measure::poses::{PlannedPose, read_plan, write_plan};
 use calibench::monitoring::check::power::power_of_check;
 use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels};
+use calibench::monitoring::history::{History, HistoryError, HistoryLock, day_until_now};
 use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
-use self::history::{History, day_until_now};
-use self::turn::Turn;
 use super::measure::cell as measure_cell;
 use super::measure::{Simulated, simulate};
 use super::plan::cell::is_cell;
@@ -212,9 +208,13 @@ fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, fol
     let mut charts = None;
     if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
         // Another check must not be added between reading and writing.
-        let _turn = Turn::at(path)?;
+        let mut told = || note(&format!("{}: another check is being added; this one waits.", path.display()));
+        let _lock = HistoryLock::acquire(path, &mut told)?;
         let mut history = History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
-        history.add(path, on, folder, &check)?;
+        history.add(path, on, folder, &check).map_err(|e| match e {
+            HistoryError::Older { .. } => format!("--on {e}"),
+            e => e.to_string(),
+        })?;
         let drawn = history.charts(path, reference, &now)?.map_err(|e| located(folder, &e))?;
         let days: Vec<String> = history.check.iter().map(|entry| entry.on.clone()).collect();
         if let Some(page) = &arguments.page {

@@ -1,30 +1,28 @@
-//! Checks that are added to one history at the same time take turns.
+//! Exclusive access to a history: checks that are added to it at the same time take turns.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use calibench::files::disk::full_path;
-use calibench::files::{FileError, cannot_be_written};
+use crate::files::disk::full_path;
+use crate::files::{FileError, cannot_be_written};
 
-use crate::terminal::output::note;
-
-/// The right to read a history and to write it, which nobody else has meanwhile.
+/// Exclusive access to a history file, to read it and to write it.
 ///
-/// The history is replaced whole, so it cannot bear the lock itself: a hidden file beside it does, and is removed after the
-/// turn. The lock is the system's, which releases it when a process ends, however it ends.
-pub struct Turn {
+/// A history is replaced whole, so the lock is on a hidden file beside it, which is removed when the lock is dropped. It is a lock
+/// of the operating system, which releases it when a process ends, however it ends.
+pub struct HistoryLock {
     beside: PathBuf,
     _locked: File,
 }
 
-impl Turn {
-    /// Waits until nobody has the turn.
+impl HistoryLock {
+    /// Waits until nobody else has access; `waiting` is called once if it must wait.
     ///
     /// # Errors
     /// If the folder of the history cannot be written.
-    pub fn at(history: &Path) -> Result<Self, FileError> {
+    pub fn acquire(history: &Path, waiting: &mut dyn FnMut()) -> Result<Self, FileError> {
         let unwritable = |e: io::Error| cannot_be_written(history, e);
         let path = full_path(history);
         let mut name = OsString::from(".");
@@ -42,22 +40,22 @@ impl Turn {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
                     if !told {
-                        note(&format!("{}: another check is being added; this one waits.", history.display()));
+                        waiting();
                         told = true;
                     }
                     file.lock().map_err(unwritable)?;
                 }
                 Err(TryLockError::Error(e)) => return Err(unwritable(e)),
             }
-            // Whoever had the turn before has removed the file that was waited for.
+            // Whoever had the lock before has removed the file that was waited for.
             if is_at(&file, &beside) {
-                return Ok(Turn { beside, _locked: file });
+                return Ok(HistoryLock { beside, _locked: file });
             }
         }
     }
 }
 
-impl Drop for Turn {
+impl Drop for HistoryLock {
     fn drop(&mut self) {
         if REMOVED {
             drop(fs::remove_file(&self.beside));
@@ -65,7 +63,7 @@ impl Drop for Turn {
     }
 }
 
-/// Whether the file is removed: only where it can be told whether a path still leads to an open file.
+/// True if the file is removed: only where one can find out if a path still leads to an open file.
 const REMOVED: bool = cfg!(unix);
 
 /// True if the path leads to this file.
@@ -86,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_has_the_turn_of_another_and_no_file_is_left() {
+    fn access_is_exclusive_and_no_file_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let history = folder.path().join("history.toml");
         // What a killed process left behind stops nobody.
@@ -96,7 +94,7 @@ mod tests {
             for _ in 0..8 {
                 scope.spawn(|| {
                     for _ in 0..25 {
-                        let _turn = Turn::at(&history).unwrap();
+                        let _lock = HistoryLock::acquire(&history, &mut || ()).unwrap();
                         fs::write(&history, (count() + 1).to_string()).unwrap();
                     }
                 });

@@ -1,26 +1,34 @@
 //! The history of a robot: the checks since its calibration, each with its date, its dataset and its verdict.
 
+#[cfg(not(target_family = "wasm"))]
+mod lock;
+
+#[cfg(not(target_family = "wasm"))]
+pub use lock::HistoryLock;
+
 use std::path::{Path, PathBuf};
 
-use calibench::files::disk::write_whole;
-use calibench::files::{FileError, field_error, parse_toml, read_text};
-use calibench::measure::dataset::Dataset;
-use calibench::measure::dataset::file::read_dataset;
-use calibench::monitoring::check::charts::Charts;
-use calibench::monitoring::check::{CheckError, CheckReference, RobotCheck, rows_again};
 use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::files::disk::write_whole;
+use crate::files::{FileError, field_error, parse_toml, read_text};
+use crate::measure::dataset::Dataset;
+use crate::measure::dataset::file::read_dataset;
+use crate::monitoring::check::charts::Charts;
+use crate::monitoring::check::{CheckError, CheckReference, RobotCheck, rows_again};
 
 /// Format tag.
-const FORMAT: &str = "calibench-history/1";
+pub const HISTORY_FORMAT: &str = "calibench-history/1";
 
 /// The verdicts of a check.
 const VALID: &str = "valid";
 const CHANGED: &str = "changed";
 
-/// The file.
+/// The history file of a robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct History {
@@ -36,24 +44,51 @@ pub struct History {
     then_digest: Option<String>,
     /// The checks, the oldest first.
     #[serde(default)]
-    pub check: Vec<Entry>,
+    pub check: Vec<CheckEntry>,
 }
 
-/// One check.
+/// A check in a history.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Entry {
+pub struct CheckEntry {
     /// Day on which it was measured, `YYYY-MM-DD`.
     pub on: String,
     /// Its dataset, relative to the file.
     pub dataset: PathBuf,
     /// `valid` or `changed`.
     pub verdict: String,
-    /// The most probable change and its probability, if something has changed.
+    /// The most probable change, if something has changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
+    /// Its probability.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
+}
+
+/// Reason why a check cannot be added to a history.
+#[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum HistoryError {
+    /// It is older than the last check.
+    #[error("{on}: the last check in {} is of {last}", history.display())]
+    Older {
+        /// Its day.
+        on: String,
+        /// The history.
+        history: PathBuf,
+        /// Day of the last check.
+        last: String,
+    },
+    /// Its dataset is in the history already.
+    #[error("{} is in {} already, as the check of {on}", dataset.display(), history.display())]
+    Repeated {
+        /// Its dataset.
+        dataset: PathBuf,
+        /// The history.
+        history: PathBuf,
+        /// Day of the check of that dataset.
+        on: String,
+    },
 }
 
 impl History {
@@ -65,7 +100,7 @@ impl History {
     pub fn read(path: &Path, calibration: &Path, then: &Path, digests: &[String; 2]) -> Result<Self, FileError> {
         let [calibration_digest, then_digest] = digests.clone().map(Some);
         let new = History {
-            format: FORMAT.into(),
+            format: HISTORY_FORMAT.into(),
             calibration: relative(path, calibration),
             then: relative(path, then),
             calibration_digest,
@@ -77,8 +112,14 @@ impl History {
         }
         let text = read_text(path)?;
         let history: History = parse_toml(path, &text)?;
-        if history.format != FORMAT {
-            return Err(field_error(path, &text, "format", format!("is '{}'", history.format), format!("write '{FORMAT}'")));
+        if history.format != HISTORY_FORMAT {
+            return Err(field_error(
+                path,
+                &text,
+                "format",
+                format!("is '{}'", history.format),
+                format!("write '{HISTORY_FORMAT}'"),
+            ));
         }
         let other = [("calibration", &history.calibration, &new.calibration), ("then", &history.then, &new.then)]
             .into_iter()
@@ -137,16 +178,16 @@ impl History {
     ///
     /// # Errors
     /// If it is older than the last one, or its dataset is in the history.
-    pub fn add(&mut self, path: &Path, on: &str, folder: &Path, check: &RobotCheck) -> Result<(), String> {
+    pub fn add(&mut self, path: &Path, on: &str, folder: &Path, check: &RobotCheck) -> Result<(), HistoryError> {
         if let Some(last) = self.check.last().filter(|last| last.on.as_str() > on) {
-            return Err(format!("--on {on}: the last check in {} is of {}", path.display(), last.on));
+            return Err(HistoryError::Older { on: on.into(), history: path.into(), last: last.on.clone() });
         }
         let dataset = relative(path, folder);
         if let Some(same) = self.check.iter().find(|entry| plain(&entry.dataset) == dataset) {
-            return Err(format!("{} is in {} already, as the check of {}", folder.display(), path.display(), same.on));
+            return Err(HistoryError::Repeated { dataset: folder.into(), history: path.into(), on: same.on.clone() });
         }
         let named = check.named();
-        self.check.push(Entry {
+        self.check.push(CheckEntry {
             on: on.into(),
             dataset,
             verdict: if check.changed { CHANGED } else { VALID }.into(),
@@ -199,17 +240,17 @@ impl History {
 /// Checks that a text is a day of the calendar.
 ///
 /// # Errors
-/// The reason why it is none.
+/// The reason why it is not one.
 pub fn day(text: &str) -> Result<String, String> {
     let parsed =
         text.parse::<toml::value::Datetime>().ok().filter(|d| d.date.is_some() && d.time.is_none() && d.offset.is_none());
     parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is no day; write it as 2026-11-24"))
 }
 
-/// The same, of a day that has come: where it is tomorrow already, too.
+/// As [`day`], for a day that has come somewhere on earth: tomorrow in UTC is allowed.
 ///
 /// # Errors
-/// The reason why it is none.
+/// The reason why it is not one.
 pub fn day_until_now(text: &str) -> Result<String, String> {
     let text = day(text)?;
     let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
@@ -217,7 +258,7 @@ pub fn day_until_now(text: &str) -> Result<String, String> {
     if has_come { Ok(text) } else { Err(format!("'{text}' is after today, {today}; give the day on which it was measured")) }
 }
 
-/// The same path without parts that mean nothing.
+/// The path without `.` components.
 fn plain(path: &Path) -> PathBuf {
     path.components().filter(|part| *part != std::path::Component::CurDir).collect()
 }
