@@ -17,7 +17,8 @@ use super::{EffectError, EffectId, Subject};
 /// use calibench::effects::registry::Registry;
 /// use calibench::effects::situation::Situation;
 /// use calibench::effects::{Effect, Emit, ParameterSpec, Subject, build};
-/// use calibench::robot::{MdhEntry, Site, built_in};
+/// use calibench::robot::built_in;
+/// use calibench::robot::sites::{MdhEntry, Site};
 /// use calibench::units::Unit;
 ///
 /// /// `cable_drag`: a cable along the arm pulls joint 1 towards its middle.
