@@ -14,7 +14,7 @@ mod calibrated_arm;
 mod compensator;
 pub mod conditions;
 mod fake_file;
-mod flange;
+pub mod flange;
 pub mod krl;
 mod nominal_inverse;
 mod own_bodies;
@@ -24,7 +24,7 @@ pub mod rigid;
 pub mod targets_file;
 mod task;
 mod uncertainty;
-mod urdf;
+pub mod urdf;
 
 pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target, Warnings};
 pub use refusal::Refusal;

@@ -229,7 +229,7 @@ impl<'a> Compensator<'a> {
 
     /// KUKA's `$TOOL`: the TCP on the manufacturer's flange, as to be set in the controller.
     pub fn flange_from_tool(&self) -> Pose {
-        super::rigid::flange_frame(&self.calibration.robot).pose().inverse() * self.arm.tool().pose()
+        super::flange::flange_frame(&self.calibration.robot).pose().inverse() * self.arm.tool().pose()
     }
 
     /// Nominal TCP at joints `q` (rad, N), in the frame of the targets: the pose the controller assumes.

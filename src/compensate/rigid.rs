@@ -1,8 +1,5 @@
 //! The part of an identified arm that can be written as a rigid chain of links, and the size of the remainder.
 
-pub use super::flange::flange_frame;
-pub use super::urdf::urdf;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

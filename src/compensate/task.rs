@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::rigid::flange_frame;
+use super::flange::flange_frame;
 use crate::effects::EffectError;
 use crate::identify::calibration::{Calibration, MeasuredSetup};
 use crate::robot::statics::Payload;

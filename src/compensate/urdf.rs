@@ -5,7 +5,8 @@
 
 use std::fmt::Write;
 
-use super::rigid::{RigidRobot, flange_frame};
+use super::flange::flange_frame;
+use super::rigid::RigidRobot;
 use crate::robot::{FramePose, Pose};
 use crate::units::MM;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::RunChange;
-use super::fleet::FleetPrior;
+use super::fleet_prior::FleetPrior;
 use crate::effects::facts::Role;
 use crate::effects::family::Family;
 use crate::effects::own::OwnEffect;

@@ -7,8 +7,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use calibench::compensate::conditions::Conditions;
-use calibench::compensate::rigid::urdf;
 use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
+use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Desired, Target, Task};
 use calibench::effects::registry::ids;
 use calibench::effects::{Subject, build};

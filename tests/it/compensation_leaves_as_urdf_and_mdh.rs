@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use crate::identified::{calibration, calibration_of, postures};
-use calibench::compensate::rigid::urdf;
+use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Task};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::robot_file::{load_robot, to_toml};

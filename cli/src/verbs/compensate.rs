@@ -7,9 +7,11 @@ mod telling;
 
 use std::path::Path;
 
+use calibench::compensate::flange::flange_frame;
 use calibench::compensate::krl::{KrlProgram, Motion};
-use calibench::compensate::rigid::{RigidRobot, flange_frame, urdf};
+use calibench::compensate::rigid::RigidRobot;
 use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
+use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensated, Compensator, Fake, Target, Task, Uncertainty};
 use calibench::effects::Needs;
 use calibench::files::FileError;

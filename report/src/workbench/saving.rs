@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::compensate::rigid::{RigidRobot, urdf};
+use calibench::compensate::rigid::RigidRobot;
+use calibench::compensate::urdf::urdf;
 use calibench::files::FileError;
 use calibench::files::disk::write_whole;
 use calibench::identify::Model;

@@ -2,7 +2,7 @@
 
 use super::{Parameter, Prior};
 use crate::identify::Model;
-use crate::identify::fleet::FleetPrior;
+use crate::identify::fleet_prior::FleetPrior;
 
 /// A parameter as if measured: `mean - value`, whitened.
 #[derive(Debug, Clone)]
