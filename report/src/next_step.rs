@@ -1,4 +1,4 @@
-//! What to do next, in words: the one advice that is given on a model, whoever gives it.
+//! The recommended next step, in words: one advice on a model, whichever verb gives it.
 
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects;

@@ -161,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if adaptive.is_enough() { outcome } else { Outcome::ExpectationFailed })
 }
 
-/// What an adaptive campaign has reached.
+/// The precision reached by an adaptive campaign, in a sentence.
 fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     let Some(last) = adaptive.reached().last() else {
         return format!("The samples are too few to say whether {until_mm} mm are reached.");
@@ -176,7 +176,7 @@ fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     format!("All poses are measured, and {until_mm} mm are not reached: {said}{alone}.")
 }
 
-/// What is to be said of an arm that was not equally warm in all samples.
+/// A remark on a campaign whose samples differ in temperature.
 fn warming_sentence(samples: &[Sample]) -> Option<String> {
     let temperatures = || samples.iter().filter_map(|sample| sample.temp_c);
     let (low, high) = (temperatures().reduce(f64::min)?, temperatures().reduce(f64::max)?);

@@ -17,7 +17,7 @@ pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result
     files.into_iter().try_for_each(|file| check_output_file(file))
 }
 
-/// How much is printed, in the order of more.
+/// Amount of output, in increasing order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// The result alone; of what goes to standard error only what ends the verb.
@@ -42,14 +42,14 @@ impl Level {
     }
 }
 
-/// How output is printed.
+/// Settings of the output.
 #[derive(Debug, Clone, Copy)]
 pub struct Manner {
     /// Columns that text may have; `None` for any number.
     pub columns: Option<usize>,
-    /// How much is printed.
+    /// Amount of output.
     pub level: Level,
-    /// When colour is used.
+    /// Use of colour.
     pub colour: When,
     /// Standard output holds a file, so that text goes to standard error.
     pub beside: bool,

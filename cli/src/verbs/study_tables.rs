@@ -122,7 +122,7 @@ impl std::fmt::Display for Figure {
     }
 }
 
-/// How many trials failed, and why.
+/// Number of failed trials, by reason.
 fn failures(summary: &Summary) -> String {
     let mut out = String::new();
     let mut reasons: std::collections::BTreeMap<&str, u64> = std::collections::BTreeMap::new();

@@ -59,7 +59,7 @@ fn wrapped(line: &str, columns: usize) -> String {
 
 /// Words after `label`, in lines that begin `hanging` columns in.
 fn filled(label: &str, text: &str, hanging: usize, columns: usize) -> String {
-    /// What stays with the number before it.
+    /// Units and signs that are not separated from the number before them.
     const UNITS: [&str; 7] = ["%", "mm", "µm", "µrad", "deg", "min", "±"];
     let (mut out, mut line) = (String::new(), label.to_owned());
     let words: Vec<&str> = text.split_whitespace().collect();

@@ -11,7 +11,7 @@ use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 
 const ROWS: usize = 40_000;
-/// What a row may take, and the program without any: a million rows at this rate are 960 MB.
+/// Largest memory of a row, bytes, without that of the program itself: a million rows at this rate are 960 MB.
 const MOST_BYTES_A_ROW: usize = 940;
 const PROGRAM_KB: usize = 24_000;
 

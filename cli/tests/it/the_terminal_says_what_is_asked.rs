@@ -187,7 +187,7 @@ fn sentences_name_effects_and_verdicts_in_words() {
     }
 }
 
-/// What `diagnose` recommends is what the ladder does first, what `add` takes without objection, and what the report says.
+/// `diagnose`, the first step of the ladder, `add` and the report all give the same recommendation.
 #[test]
 fn there_is_one_voice() {
     for scenario in ["gear-ripple.toml", "moved-ball.toml", "table8.toml"] {

@@ -32,7 +32,7 @@ fn untimed(mut answer: Value) -> Value {
     answer
 }
 
-/// What is said of the model alone, without the way that led to it.
+/// The answer about the model alone, without its history.
 fn without_history(answer: Value) -> Value {
     let mut document = answer["document"].clone();
     for key in ["ladder", "meanings"] {

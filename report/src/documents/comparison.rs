@@ -212,7 +212,7 @@ pub enum Place {
 /// A view that shows more than chance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Standout {
-    /// Which view.
+    /// Name of the view.
     #[serde(flatten)]
     pub place: Place,
     /// Significance beyond the findings before it.
@@ -222,7 +222,7 @@ pub struct Standout {
     pub effects: Vec<String>,
 }
 
-/// Where a model fails.
+/// Comparison of a model with measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
     /// Format tag.

@@ -93,7 +93,7 @@ pub struct Validation {
     pub from_fit_rows: Vec<String>,
 }
 
-/// What `validate` prints: the errors, and how far the rows extrapolate.
+/// Errors of a validation, and the extrapolation of its rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validated {
     /// The position errors.

@@ -51,7 +51,7 @@ pub struct Entry {
     pub plausible: Plausible,
     /// The data that it needs.
     pub needs: Vec<Needs>,
-    /// Whether the model of the picture lacks a part of every model.
+    /// True if the model of the picture lacks a part of every model.
     pub baseline: bool,
 }
 
@@ -89,7 +89,7 @@ impl Entry {
         out
     }
 
-    /// What the picture shows.
+    /// Caption of the picture.
     fn picture(&self) -> String {
         let sizes: Vec<String> = self
             .sizes

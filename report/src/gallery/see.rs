@@ -228,7 +228,7 @@ fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa, event: Option<f64>) -> Opti
 /// A sample in a view.
 struct Drawn {
     x: f64,
-    /// What the fit leaves, and what the effect takes of it.
+    /// Residual of the fit, and the part of it that the effect explains.
     left: f64,
     taken: f64,
     /// Square of the length in space of one unit of the ordinate.

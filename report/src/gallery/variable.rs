@@ -1,4 +1,4 @@
-//! What is drawn against what.
+//! Axes of the gallery's plots.
 
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! What a page asks, by name, with a JSON body.
+//! Requests of a page, by name, with a JSON body.
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;

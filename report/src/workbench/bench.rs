@@ -37,7 +37,7 @@ pub struct Bench {
     pub(super) worked: AtomicBool,
     /// Number of times that whoever waited for a ladder waited no more.
     pub(super) cancelled: AtomicU64,
-    /// What is being done, for whoever waits for an action.
+    /// Description of the current computation, for whoever waits for an action.
     doing: Mutex<String>,
     /// Receives the same as it changes.
     told: Box<dyn Fn(&str) + Send + Sync>,
@@ -97,7 +97,7 @@ impl Bench {
         (self.told)(line);
     }
 
-    /// What is being done.
+    /// Progress of the current computation.
     pub(super) fn progress(&self) -> Value {
         json!({"doing": *self.doing.lock().unwrap_or_else(PoisonError::into_inner)})
     }

@@ -17,7 +17,7 @@ const MOST_SHOWN: usize = 12;
 pub(super) struct Moment {
     /// Datasets, by index.
     pub chosen: Vec<usize>,
-    /// Which effects are on.
+    /// Effects that are on.
     pub switches: Switches,
     /// The model of those.
     pub model: Model,

@@ -1,5 +1,5 @@
-//! What is computed in the background for the present set of effects: first its judgement, then its samples, then the curves
-//! of its candidates, so that looking at one is a look-up.
+//! Background computations for the current set of effects: first its judgement, then its samples, then the curves of its
+//! candidates, so that looking at one is a look-up.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;

@@ -7,7 +7,7 @@ use calibench_report::{FIGURES, figures_table};
 
 use crate::schemas_are_written_down::{is_text_of, repository};
 
-/// What the page says before its table.
+/// Text of the page before its table.
 const HEAD: &str = "# The figures
 
 Every figure by which a calibration is judged has one name on all screens and in all documents, and one function that computes it.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use calibench_report::documents::schemas;
 use schemars::Schema;
 
-/// Where the sources lie.
+/// Root of the sources.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }

@@ -65,7 +65,7 @@ impl Drop for Turn {
     }
 }
 
-/// Whether the file is removed: only where it can be told whether a path still leads to an open file.
+/// True where the lock file is removed: only on systems that can tell whether a path still leads to an open file.
 const REMOVED: bool = cfg!(unix);
 
 /// True if the path leads to this file.

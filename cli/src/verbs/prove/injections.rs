@@ -1,4 +1,4 @@
-//! What the data can show: every effect of the catalogue is injected and looked for.
+//! Detectable effects: every effect of the catalogue is injected into the data and looked for.
 
 use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
