@@ -17,7 +17,7 @@ const TRIALS: u64 = 20_000;
 /// Trials that a thread takes at a time.
 const SHARE: u64 = 500;
 
-/// What is left of many trials: sums of whole nanometres, so that their order is nothing.
+/// Totals over many trials, in whole nanometres, so that the order of summation does not matter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Sums {
     mean_nm: u64,

@@ -135,8 +135,8 @@ impl Tilt {
         (&self.centre + &self.spread * DVector::from_vec(standard)).as_slice().to_vec()
     }
 
-    /// How much more often the scenario draws these errors than this does: at most the inverse of the share that is drawn as
-    /// stated.
+    /// Density of these errors in the scenario over that from which they are sampled: at most the inverse of the share that is
+    /// sampled as stated.
     pub fn weight(&self, errors: &[f64]) -> f64 {
         let q = self.form.at(&DVector::from_column_slice(errors));
         1.0 / (self.as_stated + (1.0 - self.as_stated) * (self.theta * q - self.log_mean).exp())

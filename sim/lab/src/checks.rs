@@ -101,7 +101,7 @@ pub enum ChecksError {
 /// The outcome of one check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What happened.
+    /// The injected fault.
     pub fault: Fault,
     /// True if the check reported a change.
     pub found: bool,
@@ -278,7 +278,7 @@ impl Drawn {
 /// A row of the table of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// What happened.
+    /// The injected fault.
     pub fault: Fault,
     /// Number of checks.
     pub checks: usize,

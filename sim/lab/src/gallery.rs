@@ -26,8 +26,8 @@ pub use campaigns::{Campaign, of_scenario};
 
 use crate::injection::{InjectedNoise, NoiseChoice, Subject};
 
-/// What the fitted model leaves of an effect is made this large, rms in units of the noise, where one plausible size leaves less:
-/// a picture of noise shows nothing.
+/// Size of an effect's residual after the fit of the model, rms in units of the noise, to which it is enlarged where one
+/// plausible size leaves less: a picture of noise shows nothing.
 const SHOWS: f64 = 3.0;
 
 /// Shares between which a second picture shows what is left beside the best imitator: below, it is no imitation; above, nothing
@@ -41,7 +41,7 @@ const DURING: f64 = 0.4;
 /// Share of the best score from which a member is as good as the best; the first of them is shown.
 const NEARLY: f64 = 0.5;
 
-/// How much more a later campaign must show to be preferred.
+/// Ratio of scores from which a later campaign is preferred, dimensionless.
 const BETTER: f64 = 1.5;
 
 /// Weight of a coupling of joints that are no neighbours.
@@ -53,7 +53,7 @@ const LEAST: f64 = 1e-3;
 /// A family that no campaign can show, and what they lack.
 pub type Lack = (String, String);
 
-/// Why there is no gallery.
+/// Reasons why there is no gallery.
 #[derive(Debug, Error)]
 pub enum GalleryError {
     /// An effect could not be fitted.
@@ -158,7 +158,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// When events occur, s.
+    /// Time at which events occur, s.
     fn moment(&self) -> Option<String> {
         let (_, first) = self.named[0];
         let last = first.samples.iter().filter(|s| Use::Fit.takes(s)).filter_map(|s| s.time_s).reduce(f64::max)?;
@@ -180,8 +180,8 @@ impl<'a> Ground<'a> {
         }))
     }
 
-    /// How likely a member is to be met, of the most likely: what follows a joint's torque belongs to a loaded joint, and what
-    /// couples two joints to neighbours.
+    /// Relative likelihood of a member, 1 for the most likely: an effect that follows a joint's torque belongs to a loaded
+    /// joint, and one that couples two joints to neighbours.
     fn likely(&self, family: &Family, id: &str) -> f64 {
         let id = EffectId::new(id);
         let (_, first) = self.named[0];
@@ -223,7 +223,7 @@ impl<'a> Ground<'a> {
         Ok(self.examination.visible_rms(&self.named, &effects)?)
     }
 
-    /// What an effect lacks in this campaign.
+    /// The reason why this campaign cannot show an effect.
     fn lacks(&self, id: &str) -> Option<&'static str> {
         let (_, first) = self.named[0];
         let balls = first.ball_ids();

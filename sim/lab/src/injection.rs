@@ -1,4 +1,4 @@
-//! What data can show: the effects of the catalogue are injected, one at a time, into measurements at the user's own postures
+//! Detectable effects: those of the catalogue are injected, one at a time, into measurements at the user's own postures
 //! and with the user's own noise, and the diagnosis looks for them.
 
 mod measurements;

@@ -132,8 +132,8 @@ impl Truth {
         }
     }
 
-    /// How much more often the robot of one trial is drawn as the effects state than as it was drawn; `None` if it was drawn as
-    /// they state.
+    /// Importance weight of a trial: density of the robot as the effects state it, over that from which it was sampled; `None`
+    /// if both are the same.
     pub fn weight(&self, streams: &Streams) -> Option<f64> {
         self.tilt.as_ref().map(|tilt| tilt.weight(&self.drawn_errors(streams)))
     }

@@ -20,7 +20,7 @@ use crate::injection::measured_by;
 
 /// Datasets of one robot that are fitted together.
 pub struct Campaign {
-    /// What was measured, in a clause.
+    /// Description of the measurements, in a clause.
     pub words: String,
     /// The datasets, by name.
     pub datasets: Vec<(String, Dataset)>,
@@ -36,7 +36,7 @@ const WARMING_C: [f64; 2] = [20.0, 35.0];
 const LAG: f64 = 0.02 * DEG;
 const STOPPED: f64 = 300.0 * UM;
 
-/// Where the second target is on the tool, m, and the noise of an orientation, rad.
+/// Position of the second target on the tool, m, well off the axis of joint 6, so that it shows rotations of the flange.
 const SECOND_TARGET: [f64; 3] = [40.0 * MM, 25.0 * MM, -10.0 * MM];
 const ORIENTATION_NOISE: f64 = 100.0 * URAD;
 

@@ -1,5 +1,5 @@
-//! When the feature `mujoco` is built, MuJoCo starts inside this process in its pinned version, and computes. A failed start
-//! fails the test, with the remedy: anyone who builds the feature wants MuJoCo.
+//! With the feature `mujoco`, MuJoCo starts inside this process in its pinned version, and computes. A failed start fails the
+//! test, with the remedy: anyone who builds the feature wants MuJoCo.
 
 use calibench_mujoco::mujoco;
 use numpy::{PyArray1, PyArrayMethods};
