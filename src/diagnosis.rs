@@ -120,7 +120,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The verdict without the suspect samples, if there are any.
     pub verdict_without_suspects: Option<Verdict>,
-    /// How the fit ended; unless it converged, the diagnosis is void.
+    /// Outcome of the fit; unless it converged, the diagnosis is void.
     pub outcome: Outcome,
     /// The 95 % credible set of effects.
     pub set95: Vec<String>,

@@ -29,9 +29,9 @@ const FUNCTIONS: [&str; 15] =
 pub struct ExpressionError {
     /// Position of the character, counted from 1.
     pub position: usize,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// How to correct it.
+    /// The remedy.
     pub remedy: String,
 }
 

@@ -28,7 +28,7 @@ pub fn is_standard_output(path: &Path) -> bool {
     path == Path::new(STANDARD_OUTPUT)
 }
 
-/// What standard input held. A file may be read more than once, a stream may not.
+/// Copy of standard input: a file may be read more than once, a stream may not.
 static HELD: Mutex<Option<File>> = Mutex::new(None);
 
 /// Standard input to its end, as a file read from its beginning. The files of several calls share one place of reading: each has

@@ -1,4 +1,4 @@
-//! Which unknowns the data can separate, and how well they are determined.
+//! Unknowns that the data can separate, and how well they are determined.
 //!
 //! Columns that the data cannot separate from earlier ones are found first and left at their nominal values; so are those
 //! of the arm with such low detectability that their estimates would be far beyond any plausible size.
@@ -35,7 +35,7 @@ const LOCKED: f64 = 5e-3;
 /// Weights of parameters that move the TCP alike are told apart to a millionth of the largest.
 const ALIKE: f64 = 1e6;
 
-/// Which parameters the data determine.
+/// Parameters that the data determine, and those that they do not.
 pub(super) struct Determined {
     /// Parameters to estimate, ascending.
     pub kept: Vec<usize>,

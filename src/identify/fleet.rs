@@ -1,5 +1,5 @@
-//! What robots of one type have in common: the mean of every parameter, and how much it varies from robot to robot, as the prior
-//! of the next robot of that type.
+//! Fleets: the mean of every parameter over robots of one type, and its spread from robot to robot, as the prior of the next
+//! robot of that type.
 //!
 //! Estimates `x_k` of a parameter's deviation from nominal, with standard uncertainties `s_k`, are taken as
 //! `x_k ~ N(mean, between² + s_k²)`: what the robots vary is what their estimates vary less what the estimates are uncertain (random
@@ -62,7 +62,7 @@ pub enum FleetError {
     Unconverged {
         /// The calibration.
         name: String,
-        /// How its fit ended.
+        /// Outcome of its fit.
         outcome: &'static str,
     },
     /// Nothing in common.

@@ -1,5 +1,4 @@
-//! What is known of robots of one type, and its use as the prior of a fit: every parameter of the arm as if measured, at the mean of
-//! its type.
+//! Prior of a fit from robots of one type: every parameter of the arm enters as if measured, at the mean of its type.
 
 use sha2::{Digest, Sha256};
 
@@ -28,7 +27,7 @@ pub struct FleetParameter {
     pub robots: usize,
 }
 
-/// What robots of one type have in common.
+/// Mean and spread of the parameters over robots of one type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fleet {
     /// Name of the type.

@@ -28,7 +28,7 @@ pub(super) struct Layout<'a> {
     pub sheet: Option<&'a str>,
 }
 
-/// How the rows of files side by side belong together.
+/// Rule by which rows of several files belong together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Join {
     /// By their order.

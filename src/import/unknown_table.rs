@@ -261,7 +261,7 @@ fn numbered(stem: &str) -> Option<(String, usize)> {
     digits.parse().ok().map(|digit| (name, digit))
 }
 
-/// How likely a name is that of joint angles: measured before commanded; `None` if it is something else.
+/// Rank of a name as that of joint angles: measured before commanded; `None` if it is something else.
 fn joint_name(name: &str) -> Option<i32> {
     let plain = name.replace(['#', '_', ' ', '-', '.', '[', ']', '(', ')'], "");
     let other = ["tau", "torque", "current", "vel", "qd", "qdd", "acc", "temp", "effort", "moment"];
@@ -274,7 +274,7 @@ fn joint_name(name: &str) -> Option<i32> {
     is_joint.then_some(if commanded { 1 } else { 2 })
 }
 
-/// How likely the name of an x column is that of a measured position; negative for what is none.
+/// Rank of the name of an x column as that of a measured position; negative if it is not one.
 fn position_name(stem: &str) -> i32 {
     let has = |words: &[&str]| words.iter().any(|word| stem.contains(word));
     if has(&["std", "sigma", "err", "dif", "force", "rot", "vel", "acc", "axis", "max", "index"]) {

@@ -88,7 +88,7 @@ pub enum CheckError {
     /// The samples are described under other loads, which bend the arm otherwise.
     #[error("{field} is {now} here, and {then} in the campaign")]
     OtherLoads {
-        /// What differs, as it is called in the dataset.
+        /// Name in the dataset of the quantity that differs.
         field: &'static str,
         /// As stated for the samples.
         now: String,
@@ -118,7 +118,7 @@ pub enum CheckError {
     Foreign {
         /// Residual of the campaign that was calibrated, 3-D rms, m.
         calibrated: f64,
-        /// What the calibration leaves of this one, 3-D rms, m.
+        /// Residual of this campaign under the calibration, 3-D rms, m.
         left: f64,
     },
     /// Rows of the campaign were not measured again.
@@ -161,7 +161,7 @@ pub struct Looked {
 pub struct Closest {
     /// The change.
     pub condition: Condition,
-    /// What it leaves of the differences, rms per axis, m.
+    /// Residual of the differences after this condition, rms per axis, m.
     pub left: f64,
     /// The noise of a comparison, rms per axis, m.
     pub noise: f64,
@@ -187,7 +187,7 @@ pub struct RobotCheck {
     /// If something has changed: the single change that comes closest, and what it leaves. It is the one named, unless that is
     /// something else, or several things.
     pub closest: Option<Closest>,
-    /// Where the noise of a comparison is from.
+    /// Source of the noise of a comparison.
     pub noise: NoiseOf,
     /// Noise of one measurement, as stated for the samples, in units of that of the campaign.
     pub noise_ratio: f64,
@@ -234,7 +234,7 @@ impl RobotCheck {
     }
 }
 
-/// What checks are compared with: a calibration, and what was measured under it.
+/// Reference of a check: a calibration, and the campaign from which it was identified.
 pub struct CheckReference<'a> {
     calibration: &'a Calibration,
     then: (&'a str, &'a Dataset),
@@ -363,7 +363,7 @@ fn rms_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|x| x * x).sum::<f64>() / count).sqrt()
 }
 
-/// What is judged, and by what.
+/// Inputs of a judgement.
 struct Judging {
     scene: Scene,
     columns: Vec<(Condition, DMatrix<f64>)>,

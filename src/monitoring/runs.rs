@@ -82,7 +82,7 @@ pub enum RunsError {
         /// Number of rows.
         rows: usize,
     },
-    /// What may differ between the runs takes nearly all that was measured.
+    /// The differences that are allowed between the runs use up nearly all degrees of freedom.
     #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what may differ; give runs with more rows")]
     TooFewRows {
         /// Degrees of freedom that are left.
@@ -112,13 +112,13 @@ const FEWEST_ROWS: usize = 4;
 pub struct Run<'a> {
     /// Name.
     pub name: &'a str,
-    /// What was measured.
+    /// Measurements of the run.
     pub dataset: &'a Dataset,
-    /// When, in days since any date.
+    /// Date, in days since any fixed date.
     pub day: Option<f64>,
 }
 
-/// What is asked of the runs.
+/// Input of a comparison of runs.
 #[derive(Debug, Clone, Copy)]
 pub struct RunsQuestion<'a> {
     /// The runs, in the order of time.
@@ -151,7 +151,7 @@ pub struct Difference {
     pub effect: String,
     /// Its parameters that differ, with the change and its standard uncertainty.
     pub parameters: Vec<Estimate>,
-    /// How they differ.
+    /// Pattern of the difference over the runs.
     pub pattern: Pattern,
     /// The run of which tool, base or ball are not as stated; `None` if it is the arm.
     pub set_up_of: Option<usize>,

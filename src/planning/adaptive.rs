@@ -29,7 +29,7 @@ const SPARE: usize = 5;
 /// Number of successive predictions that must be as good as wanted.
 pub const LOOKS: usize = 4;
 
-/// What a campaign has reached.
+/// Precision that a campaign has reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reached {
     /// Number of samples.

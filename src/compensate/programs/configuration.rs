@@ -22,7 +22,7 @@ struct Sides {
     bowed: f64,
 }
 
-/// How a configuration was understood.
+/// Interpretation of a configuration.
 pub(super) enum Meant {
     /// These joints (rad).
     Joints(Vec<f64>),
@@ -59,7 +59,7 @@ pub(super) fn posture_of(compensator: &Compensator<'_>, pose: &Pose, configurati
     best.map(|q| Meant::Joints(q.to_vec())).ok_or(Refusal::NoSuchConfiguration)
 }
 
-/// How far (rad, m) the joints `q` are on the wrong side of any border.
+/// Distance (rad, m) of the joints `q` beyond any border of the configuration.
 fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &[f64; 6]) -> f64 {
     let below = |side: f64, is_negative: bool| if is_negative { side } else { -side };
     let outside = |q: f64, from: f64, to: f64| (from - q).max(q - to);

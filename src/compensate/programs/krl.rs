@@ -15,7 +15,7 @@ const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 /// Words before the name in a declaration.
 const DECLARING: [&str; 10] = ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
 
-/// What the statements of all files do with names.
+/// Uses of names in the statements of all files.
 #[derive(Default)]
 struct Uses {
     /// Moved to.
@@ -36,7 +36,7 @@ struct Statement {
     capitals: String,
 }
 
-/// What an aggregate `{...}` holds.
+/// Fields of an aggregate `{...}`, with the place of each value.
 struct Aggregate {
     fields: Vec<(String, Range<usize>)>,
 }

@@ -24,17 +24,17 @@ const OF_QUATERNION: usize = 13;
 /// Largest deviation of a quaternion's length from one: programs have six decimals and more.
 const NO_QUATERNION: f64 = 1e-2;
 
-/// What is written over what.
+/// A replacement: the range of bytes, and the new text.
 pub(super) type Edit = (Range<usize>, String);
 
-/// What the numbers of a position mean.
+/// Target given by the numbers of a position.
 pub(super) enum Meaning {
     Pose(Pose),
     Joints(Vec<f64>),
 }
 
 impl Position {
-    /// What the numbers mean; an error if they mean nothing.
+    /// The target given by the numbers; an error if they give none.
     pub fn meaning(&self) -> Result<Meaning, &'static str> {
         let values: Vec<f64> = self.numbers.iter().map(|n| n.value).collect();
         meaning(self.layout, &values)

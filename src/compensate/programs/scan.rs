@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::robot::Pose;
 
-/// How a dialect marks what is not program text.
+/// Marks of a dialect for comments and strings.
 pub(super) struct Marks {
     /// Beginning of a comment that ends with the line.
     pub comment: &'static [u8],
@@ -56,7 +56,7 @@ pub(super) enum Layout {
     Radians,
 }
 
-/// What a program says of the posture at a pose.
+/// Posture that a program states for a pose.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Configuration {
     /// Nothing.
@@ -208,12 +208,12 @@ impl Text {
         at.start + before..at.end - after
     }
 
-    /// What stands there, as text.
+    /// Text of this range, trimmed.
     pub fn words(&self, at: Range<usize>) -> String {
         String::from_utf8_lossy(&self.bytes[self.trimmed(at)]).into_owned()
     }
 
-    /// What stands there, in capitals.
+    /// Text of this range, trimmed and in capitals.
     pub fn capitals(&self, at: Range<usize>) -> String {
         self.words(at).to_ascii_uppercase()
     }

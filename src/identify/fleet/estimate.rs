@@ -1,6 +1,6 @@
 //! Mean and variation from robot to robot of one parameter.
 
-/// What a parameter of the next robot is expected to be.
+/// Expected value of a parameter for the next robot, and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Between {
     pub mean: f64,

@@ -53,12 +53,12 @@ impl PriorUsed {
     }
 }
 
-/// Whether a robot is like its fleet.
+/// Agreement of a robot with its fleet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FleetJudged {
     /// The prior that was used.
     pub used: PriorUsed,
-    /// What the fleet's prior costs in chi-square, in units of what it costs robots of the fleet on average.
+    /// Chi-square of the fleet's prior for this robot, as a ratio to its mean over robots of the fleet.
     pub ratio: f64,
     /// Probability of more if the robot is of the fleet.
     pub chance: f64,

@@ -35,7 +35,7 @@ pub(super) struct SeenOrientation {
 }
 
 impl SeenOrientation {
-    /// What one SI unit of a site that turns the flange about `axis` subtracts from the residual.
+    /// Derivative of the residual, with opposite sign, by one SI unit of a site that turns the flange about `axis`.
     #[inline]
     pub fn column(&self, site: Site, axis: &Vector3<f64>) -> Vector3<f64> {
         match site {

@@ -1,4 +1,4 @@
-//! What is known of a parameter beforehand, as a row of the least-squares problem.
+//! Prior knowledge of a parameter, as a row of the least-squares problem.
 
 use super::{Parameter, Prior};
 use crate::identify::Model;

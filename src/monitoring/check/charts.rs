@@ -37,7 +37,7 @@ pub struct ChartPoint {
 /// The course of one elementary change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// What may change.
+    /// Quantity that may change.
     pub of: Elementary,
     /// One entry per check.
     pub points: Vec<ChartPoint>,

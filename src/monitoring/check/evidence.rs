@@ -42,7 +42,7 @@ const MISFIT: f64 = 1e-3;
 /// Directions whose share of a Gram matrix is smaller, relative to the largest, are only rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What the best size of a condition leaves of the differences.
+/// Residual of the differences after the best size of a condition.
 pub(super) struct Left {
     /// Sum of the squares of what is left, whitened.
     squares: f64,
@@ -236,7 +236,8 @@ impl Hypothesis {
         self.so_far[samples - 1].eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale))
     }
 
-    /// What its best size leaves of the differences. It may leave some per cent of the change besides the noise: the slip of a
+    /// Residual of the differences after its best size. It may leave some per cent of the change besides the noise: the slip of
+    /// a
     /// joint by one degree is off its column by 0.9 %, and the model knows the arm only so well.
     fn left(&self, seen: DVectorView<'_, f64>, samples: usize) -> Left {
         let gram = &self.so_far[samples - 1].eigenvalues;

@@ -1,4 +1,4 @@
-//! What a check would show, before anything is measured, and what it would have shown.
+//! Power of a check: changes that it would show, before anything is measured, and that it would have shown.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -61,7 +61,7 @@ pub struct Power {
     pub at: Vec<PowerAt>,
 }
 
-/// What a change is measured in.
+/// Unit of a change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// m.
@@ -79,7 +79,7 @@ pub enum Quantity {
 pub struct Shown {
     /// The condition.
     pub condition: Condition,
-    /// What its change is measured in.
+    /// Unit of its change.
     pub quantity: Quantity,
     /// The smallest change that is shown with a probability of [`SHOWN`]; `None` if these samples do not show it in every
     /// direction.

@@ -123,7 +123,7 @@ impl Look {
         self.test(&self.reduced.explained(&free))
     }
 
-    /// What a difference of a unit explains beyond what the unit does if it is the same in all runs.
+    /// Reduction by a difference of a unit between runs, beyond that by the same change of the unit in all runs.
     fn explained(&self, unit: &Unit, pattern: &Pattern) -> Explained {
         let own = unit.directions(pattern, &self.months);
         let alone = self.reduced.explained(&own);

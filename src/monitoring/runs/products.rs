@@ -48,7 +48,7 @@ pub(super) struct Products {
     curves: Vec<Span>,
 }
 
-/// What is left of the columns of every run when everything that the runs share, and their set-ups, are free to follow.
+/// Columns of every run after projection onto the complement of what the runs share and of their set-ups.
 pub(super) struct Reduced {
     runs: usize,
     /// Number of scalar residuals of each run.
@@ -68,7 +68,7 @@ pub(super) struct Reduced {
     pub noise: Vec<f64>,
 }
 
-/// What some differences between runs explain.
+/// Reduction of chi-square by some differences between runs.
 #[derive(Debug, Clone)]
 pub(super) struct Explained {
     /// Sum of squares.
@@ -293,13 +293,13 @@ impl Products {
 }
 
 impl Reduced {
-    /// What is explained by differences along `directions`: each a list of (column under test, run, weight).
+    /// Reduction by differences along `directions`: each a list of (column under test, run, weight).
     pub fn explained(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
         let of_run = |&(column, run, weight): &(usize, usize, f64)| (0..PARTS).map(move |k| (column, PARTS * run + k, weight));
         self.explained_by_parts(&directions.iter().map(|all| all.iter().flat_map(of_run).collect()).collect::<Vec<_>>())
     }
 
-    /// What is explained by differences within runs: `columns` of the arm free in each half of every run that is long enough. In
+    /// Reduction by differences within runs: `columns` of the arm free in each half of every run that is long enough. In
     /// one run the robot is one, so that this is due to what the model lacks alone.
     pub fn within_runs(&self, columns: &[usize]) -> Explained {
         let long = |run: &usize| self.counts[*run] >= HALVED_FROM * columns.len() as f64;

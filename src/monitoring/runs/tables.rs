@@ -1,4 +1,4 @@
-//! What the runs say of every parameter and effect, and of themselves.
+//! Results of the runs for every parameter and effect, and for each run.
 
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ const THERE: f64 = 3.0;
 /// A run that holds less than this share of what all runs say of an effect cannot show it.
 const SHARE: f64 = 0.02;
 
-/// What became of a parameter.
+/// Outcome for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterStatus {
     /// It is the same in all runs.
@@ -55,13 +55,13 @@ pub struct ParameterInRuns {
     /// Its change in every run since the first: as the differences named have it, if it moved, and else as if it alone were free
     /// beside them; value and one sigma, SI; `None` where a run does not show it.
     pub changes: Vec<Option<[f64; 2]>>,
-    /// What became of it.
+    /// Outcome for the parameter.
     pub status: ParameterStatus,
     /// Its drift; `None` without dates, or if the runs do not show it.
     pub drift: Option<Drift>,
 }
 
-/// What became of an effect.
+/// Outcome for an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EffectStatus {
     /// It is there, and the same in all runs.
@@ -103,7 +103,7 @@ pub struct EffectInRuns {
     pub parameters: Vec<Estimate>,
     /// For every run: its size there in sigmas, all its parameters together, and the share of what all runs say of it.
     pub in_runs: Vec<[f64; 2]>,
-    /// What became of it.
+    /// Outcome for the effect.
     pub status: EffectStatus,
 }
 
@@ -125,7 +125,7 @@ pub struct RunOfRobot {
     pub from_others: Option<[Result<LeftOut, String>; 2]>,
 }
 
-/// What the tables are made of.
+/// Inputs of the tables.
 pub(super) struct Tables<'a> {
     pub look: &'a Look,
     pub named: &'a [(&'a str, &'a Dataset)],

@@ -45,7 +45,7 @@ impl JointType {
         (JointType::Floating, "floating"),
     ];
 
-    /// What a joint of an arm does; a continuous one turns.
+    /// Kind of a joint of an arm; a continuous one is revolute.
     pub fn moves(self) -> JointKind {
         if self == JointType::Prismatic { JointKind::Prismatic } else { JointKind::Revolute }
     }
