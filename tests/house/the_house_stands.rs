@@ -47,7 +47,7 @@ fn module_of(file: &Path, folder: &Path) -> Module {
     names
 }
 
-/// What a file names of others.
+/// Names that a file uses from others.
 #[derive(Default)]
 struct Named {
     /// Imported paths, each with the name it gets here, and whether it is handed on.

@@ -192,7 +192,7 @@ fn angles(pose: &Pose) -> ([f64; 3], [f64; 3]) {
     (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG))
 }
 
-/// What every dialect promises: `desired` are the positions of the program as it was, `back` the joints to which the new
+/// The promise of every dialect: `desired` are the positions of the original program, `back` the joints to which the new
 /// numbers lead.
 fn holds(bench: &Bench, new: &RewrittenProgram, desired: &[Pose], back: impl Fn(usize, &Fake) -> Vec<f64>) {
     let told: Vec<String> = new.remarks.iter().map(|r| format!("{}: {} {}", r.line, r.what, r.reason)).collect();

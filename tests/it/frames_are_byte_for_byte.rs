@@ -1,4 +1,4 @@
-//! What the drivers put on the wire, and what they take from it, is what the instruments' manuals and the servers' sources say.
+//! The drivers send and accept exactly the bytes of the instruments' manuals and of the servers' sources.
 
 use calibench::cell::gauge::{
     Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LONGEST_LINE, LineReader, LineSettings,

@@ -84,7 +84,7 @@ fn ur10_errs_seventeen_times_per_turn() {
     }
 }
 
-/// What error curves of the five joints that the data can tell leave of the UR10.
+/// Error curves of the five joints that the data determine reduce the residual of the UR10, on rows held out too.
 #[test]
 fn ur10_error_curves_hold_on_rows_held_out() {
     let both = ur10(&[GRID, CONFIGURATIONS], 0.3);

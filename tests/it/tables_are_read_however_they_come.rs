@@ -142,7 +142,7 @@ fn what_cannot_be_joined_or_read_is_named() {
     assert!(matches!(error, ImportError::SetsOfJoined), "{error}");
 }
 
-/// What the proposed map makes of a file.
+/// Interpretation of a file by the proposed map.
 fn understood(path: &Path, robot: &str) -> (Guess, Dataset) {
     let scratch = Scratch::new();
     let found = guess(path, &ur(robot), robot).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
