@@ -195,6 +195,7 @@ pub fn validation_table(rows: &[[String; 7]]) -> String {
 
 /// A bar histogram of position errors.
 pub fn histogram(v: &Validation, bins: usize) -> String {
+    /// Length of the longest bar, columns: with its figures, a line has fewer than 80.
     const WIDEST: usize = 50;
     let bars = v.histogram(bins);
     let most = bars.iter().map(|b| b.count).max().unwrap_or(1).max(1);

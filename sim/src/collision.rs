@@ -15,10 +15,11 @@ use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
 /// Motions are halved until no two bodies can approach by more than this within a half, mm.
 const RESOLUTION: f64 = 1.0;
 
-/// A ball no further than this from the socket's axis, and within this range along it, is in the socket or in front of
-/// it, m: the gauge may touch it.
+/// Largest distance from the socket's axis, m, of a ball that the gauge may touch: it is in the socket or in front of it.
 const BESIDE_AXIS: f64 = 15.0 * MM;
+/// Largest distance of such a ball in front of the socket's centre, along its axis, m.
 const BEFORE_SOCKET: f64 = 90.0 * MM;
+/// Largest distance of such a ball behind the socket's centre, along its axis, m.
 const BEHIND_CENTRE: f64 = 8.0 * MM;
 
 /// A body in the axes of its frame, mm.

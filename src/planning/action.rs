@@ -18,19 +18,23 @@ use crate::robot::rel_tool::RelTool;
 use crate::robot::statics::Payload;
 use crate::units::{MM, UM};
 
-/// Numbers of candidate poses, for all balls together, and of candidate points.
+/// Number of candidate poses, for all balls together.
 const BALL_POSES: usize = 480;
+/// Number of candidate points.
 const POINTS: usize = 500;
 
-/// Assumed durations, s. They depend on the cell; only their order of magnitude matters. In this order: a centring with
-/// its approach; a tracker point; a change of payload; the tracker brought, warmed up and registered, with the artifact
-/// removed; the artifact moved and clamped; and the time after the end of the session at which a repeated sample
-/// distinguishes a drift from a step.
+/// Assumed duration of a centring with its approach, s. This and the following depend on the cell; only their order of
+/// magnitude matters.
 const CENTRING: f64 = 60.0;
+/// Assumed duration of a tracker point, s.
 const POINT: f64 = 20.0;
+/// Assumed duration of a change of payload, s.
 const OTHER_PAYLOAD: f64 = 10.0 * 60.0;
+/// Assumed time to bring, warm up and register the tracker, with the artifact removed, s.
 const TRACKER: f64 = 60.0 * 60.0;
+/// Assumed time to move and clamp the artifact, s.
 const ARTIFACT: f64 = 30.0 * 60.0;
+/// Assumed time after the end of the session at which a repeated sample distinguishes a drift from a step, s.
 const LATER: f64 = 60.0 * 60.0;
 
 /// One-sigma per axis of a tracker point if the data do not state it, m: a laser tracker at a distance of some metres.

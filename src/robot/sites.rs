@@ -130,6 +130,7 @@ pub struct SiteIndex {
     joints: usize,
 }
 
+/// Number of sites of a link: five MDH entries, six flex axes.
 const PER_LINK: usize = 11; // five MDH entries, six flex axes
 
 impl SiteIndex {

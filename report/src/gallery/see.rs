@@ -25,8 +25,9 @@ const WORTH_A_CURVE: f64 = 0.5;
 /// Share of the whole effect that a view must show.
 const WORTH_A_VIEW: f64 = 0.1;
 
-/// Number of bins of a curve at most, and of samples in each at least.
+/// Largest number of bins of a curve.
 const MOST_BINS: usize = 24;
+/// Fewest samples in a bin.
 const LEAST_IN_BIN: usize = 5;
 
 /// Share of an effect in a view from which its means make a curve; below, every sample is drawn.

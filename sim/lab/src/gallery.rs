@@ -36,6 +36,7 @@ const BESIDE: std::ops::Range<f64> = 0.5..0.97;
 
 /// Order of a ripple, per turn, and part of the session after which events occur.
 const ORDER: &str = "17";
+/// Part of the session after which events occur, as a share of it: well inside, with samples on both sides.
 const DURING: f64 = 0.4;
 
 /// Share of the best score from which a member is as good as the best; the first of them is shown.

@@ -6,8 +6,9 @@ use serde::Deserialize;
 
 use super::sources::Sources;
 
-/// Limits on the postures of one campaign, and on the anchors.
+/// Largest number of postures of one campaign.
 const MOST_POSES: usize = 2_000;
+/// Largest number of anchors of the wires or the bar.
 const MOST_ANCHORS: usize = 20;
 
 /// An instrument for calibrating a robot.

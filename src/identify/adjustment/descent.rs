@@ -12,6 +12,7 @@ const STEP_TOLERANCE: f64 = 1e-8;
 /// The same if loads depend on the values: from exact columns, in sigmas of the residual.
 const GRADIENT_TOLERANCE: f64 = 1e-3;
 
+/// Limit on the Gauss-Newton steps if nothing depends on the values.
 const MAX_ITERATIONS: usize = 60;
 
 /// Step limit if loads depend on the values: a product of parameters is more curved than a sum, and a campaign of fifty

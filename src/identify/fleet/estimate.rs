@@ -16,9 +16,11 @@ const LOG_SIGMA: f64 = 1.0986;
 /// One sigma of the mean before any robot, in plausible sizes.
 const MEAN: f64 = 1.0;
 
-/// Variations tried, in plausible sizes: from a thousandth to thirty, 24 a decade.
+/// Smallest variation tried, in plausible sizes.
 const LOWEST: f64 = 1e-3;
+/// Number of variations tried per decade.
 const A_DECADE: f64 = 24.0;
+/// Number of variations tried: from a thousandth to thirty plausible sizes.
 const STEPS: usize = 108;
 
 /// A variation from robot to robot, and what would follow from it.

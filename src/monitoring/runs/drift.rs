@@ -15,8 +15,9 @@ const LIMIT: f64 = 2.706;
 /// Level of the limit.
 const LEVEL: f64 = 0.95;
 
-/// Sizes tried, in units of the smallest that could be seen: from nothing to gross, in steps of a twelfth of a decade.
+/// Number of sizes tried: from the smallest that could be seen over eight decades.
 const STEPS: usize = 97;
+/// Number of sizes tried per decade.
 const A_DECADE: f64 = 12.0;
 
 /// A drift as a random walk.

@@ -21,14 +21,18 @@ use super::solver::Solver;
 use crate::diagnosis::worker;
 use crate::identify::fit::FitError;
 
-/// Number of chains, and of the sweeps of each: burn-in, and those that are kept.
+/// Number of chains.
 const CHAINS: u64 = 2;
+/// Number of sweeps of each chain that are discarded as burn-in.
 const FORGOTTEN: usize = 15;
+/// Number of sweeps of each chain that are kept.
 const KEPT: usize = 45;
 
-/// Grid of common sizes, in plausible sizes: log-uniform.
+/// Lowest point of the log-uniform grid of common sizes, in plausible sizes.
 const SMALLEST: f64 = 0.01;
+/// Highest point of that grid, in plausible sizes.
 const LARGEST: f64 = 3.0;
+/// Number of points of that grid.
 const SIZE_STEPS: usize = 40;
 
 /// Size at which chains begin: sizes that the data require grow within a few sweeps, others shrink slowly.

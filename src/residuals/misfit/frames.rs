@@ -18,8 +18,9 @@ const MEDIAN_OF_SQUARES: f64 = 2.366;
 const SET_ASIDE: f64 = 10.0;
 /// Smallest standard deviation per axis, m: rounding in files.
 const FINEST: f64 = 1e-8;
-/// Largest number of steps of the robust fit, and of the least squares after it.
+/// Largest number of steps of the robust fit.
 const STEPS: usize = 25;
+/// Largest number of steps of the least squares after it.
 const LAST_STEPS: usize = 4;
 /// A fit ends at a step shorter than this, m and rad.
 const AT_REST: f64 = 1e-8;

@@ -12,8 +12,9 @@ use crate::measure::dataset::Dataset;
 use crate::robot::{JointKind, Pose};
 use crate::units::DEG;
 
-/// Number of rows on which slips are screened, singly and in pairs.
+/// Number of rows on which single slips are screened.
 const SCREENED: usize = 80;
+/// Number of rows on which pairs of slips are screened.
 const PAIRS_SCREENED: usize = 40;
 /// Number of slips that are then tried on more rows.
 const CONFIRMED: usize = 8;
@@ -37,8 +38,9 @@ const FREEDOM: f64 = 1.5;
 const FEW_GROSS: f64 = 0.05;
 /// Largest share of gross rows that are reported as single bad rows.
 const MOST_GROSS: f64 = 0.2;
-/// A base fitted within this distance of the stated one, m, should not be turned by this angle or more, rad.
+/// Distance, m, within which a fitted base is taken to be at the stated place.
 const STATED: f64 = 0.05;
+/// Rotation from the stated orientation, rad, that such a base should not reach.
 const TURNED: f64 = 20.0 * DEG;
 /// A slip corrects the base if it leaves it turned by no more than this, rad.
 const PUT_RIGHT: f64 = 2.0 * DEG;

@@ -28,16 +28,19 @@ pub struct Campaign {
     pub model: Model,
 }
 
-/// Seconds from one point to the next, and the temperatures at the beginning and at the end of a session.
+/// Time from one point to the next, s.
 const POINT_S: f64 = 30.0;
+/// Temperatures at the beginning and at the end of a session, °C.
 const WARMING_C: [f64; 2] = [20.0, 35.0];
 
-/// Largest difference between a commanded and a reported joint, and largest reading at which a probing is stopped on purpose.
+/// Largest difference between a commanded and a reported joint, rad.
 const LAG: f64 = 0.02 * DEG;
+/// Largest reading at which a probing is stopped on purpose, m.
 const STOPPED: f64 = 300.0 * UM;
 
-/// Position of the second target on the tool, m, well off the axis of joint 6, so that it shows rotations of the flange.
+/// Position of the second target on the tool, m.
 const SECOND_TARGET: [f64; 3] = [40.0 * MM, 25.0 * MM, -10.0 * MM];
+/// One-sigma of a measured orientation, rad per axis.
 const ORIENTATION_NOISE: f64 = 100.0 * URAD;
 
 /// Measures the cell of a scenario by every means: balls, balls with the probings stopped on purpose, points, poses, both
