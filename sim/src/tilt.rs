@@ -14,7 +14,7 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 use crate::random::Streams;
 
-/// Share of the trials that are drawn as the scenario states.
+/// Share of the trials that are sampled as the scenario states.
 const AS_STATED: f64 = 0.2;
 
 /// Largest part of the way to the pole of the moment generating function, where the tilted density has no width.
@@ -166,6 +166,7 @@ mod tests {
     /// Means of the scenario from tilted draws: weights are 1 on average, as are the squares of every error.
     #[test]
     fn weights_give_back_the_distribution_of_the_scenario() {
+        /// Number of trials.
         const TRIALS: u64 = 40_000;
         let tilt = Tilt::towards(form(), 0.999).expect("it responds");
         let (mut sums, mut squares) = ([0.0; 13], [0.0; 13]);
@@ -196,6 +197,7 @@ mod tests {
         let pairs: Vec<(f64, f64)> = axes.eigenvalues.iter().copied().zip(slopes.iter().copied()).collect();
         let [_, target, _] = cumulant(tilt.theta, form.constant, &pairs);
         let mut random = Streams { seed: 2, trial: 0 }.stream("plain");
+        /// Number of robots sampled as stated.
         const ROBOTS: usize = 100_000;
         let beyond = (0..ROBOTS).filter(|_| {
             let x = DVector::from_fn(12, |_, _| random.sample::<f64, _>(StandardNormal));

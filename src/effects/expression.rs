@@ -366,6 +366,7 @@ mod tests {
     use crate::robot::statics::{Loads, Payload};
     use crate::robot::{Robot, built_in};
 
+    /// Joint angles of the test, rad.
     const Q: [f64; 6] = [0.3, -1.2, 0.7, 2.0, -0.4, 1.1];
 
     fn value(text: &str) -> f64 {

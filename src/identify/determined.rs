@@ -32,7 +32,7 @@ const FAINT: f64 = 0.3;
 /// first joint's offset covers their common effect.
 const LOCKED: f64 = 5e-3;
 
-/// Weights of parameters that move the TCP alike are told apart to a millionth of the largest.
+/// Weights of parameters that move the TCP alike are distinguished to a millionth of the largest, dimensionless.
 const ALIKE: f64 = 1e6;
 
 /// Parameters that the data determine, and those that they do not.

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use super::problem::Use;
 use crate::measure::dataset::{Dataset, Measured, Sample};
 
-/// Digests kept.
+/// Largest number of digests kept: a random sample of the rows.
 const KEPT: usize = 2048;
 
 /// Hexadecimal digits of a digest in a file.
@@ -23,7 +23,7 @@ const GRAIN: f64 = 1e-9;
 /// Fewest rows by which a share is estimated where not all digests are kept.
 const ENOUGH: usize = 10;
 
-/// Fewest rows that are no coincidence: an instrument of coarse steps reads the same again now and then.
+/// Fewest equal rows that are not a coincidence: an instrument of coarse steps reads the same again now and then.
 const NO_COINCIDENCE: usize = 3;
 
 /// The smallest digests of the rows that were fitted, ascending.

@@ -116,10 +116,10 @@ impl Fleet {
     }
 }
 
-/// Robots of one type that are very much alike differ by this share of the plausible sizes of the catalogue.
+/// Spread between robots of one type that are very much alike, as a share of the plausible sizes of the catalogue.
 const ALIKE: f64 = 0.1;
 
-/// Probability that two of a fleet of robots that differ so are said to be one.
+/// Probability that two robots of a fleet with this spread are reported as one robot.
 const MISTAKEN: f64 = 1e-3;
 
 /// Two calibrations that seem to be of one robot, which was measured twice.

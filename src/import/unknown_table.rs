@@ -6,13 +6,13 @@ use super::source::{Layout, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_text};
 use crate::robot::Robot;
 
-/// Rows that are looked at.
+/// Number of rows that are examined.
 const ROWS: usize = 2_000;
 
 /// Words for positions that were commanded.
 const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
 
-/// Triples of columns that are tried as positions.
+/// Number of triples of columns that are tried as positions.
 const MOST_TRIPLES: usize = 8;
 
 /// A column of the table.
@@ -30,7 +30,7 @@ pub(super) struct TableColumn {
     pub largest: Option<f64>,
 }
 
-/// Largest share of the entries of a column of numbers that are none, as where a measurement failed.
+/// Largest share of the entries of a column of numbers that are not numbers, as where a measurement failed.
 const FAILED: f64 = 0.1;
 
 /// A table as far as it is known.

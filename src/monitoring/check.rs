@@ -48,19 +48,20 @@ use crate::units::{DEG, MM};
 /// Probability that a check ever reports a change where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 
-/// Share of the checks before which something has changed, for the probabilities.
+/// Prior probability that something has changed before a check.
 const CHANGED_BEFOREHAND: f64 = 0.1;
 
-/// Logarithm of the largest ratio that is stated.
+/// Largest logarithm of a ratio of probabilities that is stated, dimensionless.
 const LARGEST: f64 = 600.0;
 
-/// A campaign of which the calibration leaves this many times its own residual is not of the robot that was calibrated.
+/// Ratio of a campaign's residual under the calibration to the residual of its own, from which it is not of the robot that was
+/// calibrated.
 const FOREIGN: f64 = 3.0;
 
 /// Fewest poses that can tell that nothing has changed: one or two do not show every change.
 const FEWEST_POSES: usize = 3;
 
-/// Noise that is stated as so many times that of the campaign, or its inverse, is remarked on.
+/// Ratio of the stated noise to that of the campaign, or its inverse, from which the difference is remarked on.
 pub const NOISE_ALIKE: f64 = 3.0;
 
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.

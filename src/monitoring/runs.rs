@@ -48,7 +48,7 @@ pub const RUNS_FALSE_ALARM: f64 = 0.01;
 /// Largest number of differences that are named: a robot in which more has changed is another robot.
 const MOST_CHANGES: usize = 4;
 
-/// Days of a month.
+/// Mean length of a month, days.
 pub(crate) const DAYS_A_MONTH: f64 = 30.44;
 
 /// Reasons why runs cannot be compared.
@@ -347,7 +347,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
     kept
 }
 
-/// Difference of temperatures from which it is told of, K: a metre of arm grows by some ten micrometres.
+/// Temperature difference that is reported, K: a metre of arm grows by some ten micrometres per kelvin.
 const WARMER: f64 = 1.0;
 
 /// By how much the mean temperatures of the runs differ, K, if that is much, and no effect of the model depends on them.

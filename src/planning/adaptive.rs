@@ -26,7 +26,7 @@ const BATCH: usize = 4;
 /// Samples before the first prediction, beyond those that the unknowns need at least.
 const SPARE: usize = 5;
 
-/// Number of successive predictions that must be as good as wanted.
+/// Number of successive predictions that must be as good as requested.
 pub const LOOKS: usize = 4;
 
 /// Precision that a campaign has reached.

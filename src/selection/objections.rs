@@ -12,11 +12,11 @@ use crate::prediction::WorkspaceError;
 /// Smallest share by which the cross-validated rms or the predicted error must decrease to count as an improvement.
 const A_FALL: f64 = 0.005;
 
-/// Share by which the error of the other samples must decrease to justify setting samples aside.
+/// Share by which the error of the other samples must decrease to justify the exclusion of samples.
 const WORTH_A_SAMPLE: f64 = 0.05;
 
-/// If at least one sample in this many postures is set aside, the gain of the others must be significant: with few
-/// postures, every one is missed.
+/// If at least one sample in this many postures is excluded, the gain of the others must be significant: of few postures, none
+/// can be spared.
 const MISSED: usize = 40;
 
 /// Share by which the error of a campaign must increase to count as worse.

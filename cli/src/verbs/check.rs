@@ -34,7 +34,7 @@ use super::streams::{input, output};
 /// Sizes for which the power of a check is printed, in units of the noise of one comparison.
 const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
 
-/// Joints at which a true arm has a ball differ from the planned ones by less, rad.
+/// Largest difference between the joints at which the true arm reaches a ball and the planned ones, rad.
 const ARM_ERRORS: f64 = 5.0 * DEG;
 
 /// Three forms of call.

@@ -36,7 +36,7 @@ use calibench_sim::session::{Session, centring};
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
        calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
 
-/// Change of the temperature while an adaptive campaign measures that is told, K: a gear's error changes by some urad per kelvin.
+/// Change of temperature during an adaptive campaign that is reported, K: a gear's error changes by some urad per kelvin.
 const TELLING_K: f64 = 1.0;
 
 #[derive(clap::Args)]

@@ -9,7 +9,7 @@ use comfy_table::{
     presets::{NOTHING, UTF8_FULL_CONDENSED},
 };
 
-/// Narrower terminals are treated as this wide.
+/// Smallest width of a terminal, columns: narrower ones are treated as this wide.
 const NARROWEST: usize = 40;
 
 /// The columns that output may have; `None` for as many as it needs: on request, and where no terminal shows it.
@@ -87,10 +87,10 @@ fn cells(line: &str) -> Vec<String> {
     line.trim_matches('│').split('┆').map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// Lines of a cell beyond which columns that may be left out are.
+/// Height of a cell, lines, beyond which columns that may be left out are dropped.
 const TALLEST: usize = 2;
 
-/// Lines of a header beyond which they are.
+/// Height of a header, lines, beyond which they are dropped.
 const TALLEST_HEADER: usize = 3;
 
 /// A table that is too wide: with its cells wrapped, without the columns that may be left out, or as a list.

@@ -247,7 +247,9 @@ fn a_diagnosed_study_says_what_every_trial_would_have_been_told() {
 fn memory_does_not_grow_with_the_trials() {
     use std::io::Write;
 
+    /// Number of trials in the file.
     const TRIALS: u64 = 100_000;
+    /// Largest memory of the program, MB: less than the file takes.
     const MOST_MB: u64 = 60;
     let folder = study();
     let path = folder.path().join("s.toml");

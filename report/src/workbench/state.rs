@@ -9,7 +9,7 @@ use super::history::{History, Moment};
 use super::kept::{Kept, Set};
 use crate::objection_sentence;
 
-/// Number of candidates that are fitted before anyone asks for them: those that the page lists.
+/// Number of candidates that are fitted before they are requested: those that the page lists.
 const LISTED: usize = 8;
 
 /// State that changes as the user acts.

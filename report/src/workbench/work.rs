@@ -18,7 +18,7 @@ use super::history::Moment;
 use super::state::{State, listed};
 use crate::{FittedCandidate, PageModel, Views};
 
-/// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
+/// Number of candidates fitted at the same time: a requested candidate waits for these at most.
 const TOGETHER: usize = 2;
 
 /// Threads that fit candidates: half of the processors, so that a switch that is turned meanwhile finds the others free.

@@ -45,10 +45,10 @@ const NEARLY: f64 = 0.5;
 /// Ratio of scores from which a later campaign is preferred, dimensionless.
 const BETTER: f64 = 1.5;
 
-/// Weight of a coupling of joints that are no neighbours.
+/// Weight of a coupling of joints that are not neighbours; that of neighbours is 1.
 const UNLIKELY: f64 = 0.1;
 
-/// Least part of the noise that must be left of one plausible size, for an effect to be shown in a campaign.
+/// Smallest residual of an effect of one plausible size that a campaign can show, rms in units of the noise.
 const LEAST: f64 = 1e-3;
 
 /// A family that no campaign can show, and what they lack.

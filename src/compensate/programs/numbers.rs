@@ -10,15 +10,15 @@ use crate::compensate::fake_file::written;
 use crate::robot::{FramePose, Pose, rotation_vector};
 use crate::units::{DEG, MM};
 
-/// Decimals: 0.1 nm.
+/// Decimals of a length in mm: 0.1 nm.
 const OF_MM: usize = 7;
-/// 2e-11 rad.
+/// Decimals of an angle in deg: 2e-11 rad.
 const OF_DEG: usize = 9;
-/// 0.1 nm.
+/// Decimals of a length in m: 0.1 nm.
 const OF_M: usize = 10;
-/// 1e-11 rad.
+/// Decimals of an angle in rad: 1e-11 rad.
 const OF_RAD: usize = 11;
-/// 1e-13, of a rotation of 2e-13 rad.
+/// Decimals of a quaternion: 1e-13, of a rotation of 2e-13 rad.
 const OF_QUATERNION: usize = 13;
 
 /// Largest deviation of a quaternion's length from one: programs have six decimals and more.

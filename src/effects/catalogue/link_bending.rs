@@ -140,7 +140,9 @@ mod tests {
         moved
     }
 
+    /// Length of the beam, m.
     const LENGTH: f64 = 0.6;
+    /// Weight at the end of the beam, N.
     const WEIGHT: f64 = 5.0 * 9.81;
 
     #[test]

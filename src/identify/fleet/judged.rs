@@ -19,16 +19,16 @@ use crate::math::linalg;
 use crate::measure::dataset::Dataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Probability that a robot of the fleet is taken for none.
+/// Probability that a robot of the fleet is judged not to belong to it.
 pub const CONFLICT: f64 = 0.01;
 
-/// Factor by which the wide prior is wider.
+/// Ratio of the one-sigmas of the wide prior to those of the fleet's.
 const WIDE: f64 = 10.0;
 
 /// Degrees of freedom that a stated noise is worth.
 const STATED: f64 = 4.0;
 
-/// Rounds in which the noise and the fit are found in turn.
+/// Number of rounds in which the noise and the fit are estimated in turn.
 const ROUNDS: usize = 3;
 
 /// The prior that was used.

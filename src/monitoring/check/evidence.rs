@@ -24,7 +24,8 @@ const NAMED: f64 = 0.95;
 /// joint until the load is another.
 const CONFIRMED: usize = 3;
 
-/// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
+/// Two nested conditions are distinguished if the narrower one fits worse by more than this sum of squares, in units of the
+/// noise.
 const WORSE: f64 = 9.0;
 
 /// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
@@ -36,7 +37,7 @@ const IN_SHAPE: f64 = 0.03;
 /// tenths of it only.
 const MASS_IN_SHAPE: f64 = 0.25;
 
-/// A change does not explain the differences if chance leaves as much as it does with this probability at most.
+/// Significance level at which a change does not explain the differences: the probability of a residual at least as large.
 const MISFIT: f64 = 1e-3;
 
 /// Directions whose share of a Gram matrix is smaller, relative to the largest, are only rounding.

@@ -73,7 +73,7 @@ impl Drift {
     }
 }
 
-/// Share of the best seen combination of steps below which one is not seen.
+/// Share of the best determined combination of steps below which one is undetermined.
 const NOTHING: f64 = 1e-9;
 
 #[cfg(test)]

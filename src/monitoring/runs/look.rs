@@ -13,13 +13,13 @@ use crate::measure::dataset::Dataset;
 use crate::residuals::noise_floor::fisher_chance;
 use crate::selection::recommend::curves::bands;
 
-/// Highest order of the error curves beside which differences are tested.
+/// Highest order, per revolution, of the error curves that are fitted together with the differences tested.
 const HIGHEST_ORDER: usize = 20;
 
-/// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
+/// Two differences are distinguished if one explains more than the other by this sum of squares, in units of the noise.
 const TOLD_APART: f64 = 9.0;
 
-/// Fewest degrees of freedom beside all differences between runs, and beside those within runs.
+/// Fewest degrees of freedom that remain when all differences between runs, and those within runs, are free.
 const LEAST_LEFT: f64 = 10.0;
 
 /// The model with candidates, its set-ups assigned to runs.

@@ -16,7 +16,7 @@ const ROUNDS: usize = 3;
 /// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
 const OWN_NOISE_FROM: f64 = 15.0;
 
-/// Parts of a run: the halves of its postures in joint space, in which one robot was measured for certain.
+/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed.
 const PARTS: usize = 2;
 
 /// A run is halved only if it has so many scalar residuals for each parameter of the arm.
@@ -25,7 +25,7 @@ const HALVED_FROM: f64 = 4.0;
 /// Seed of the division in halves: the same data give the same halves.
 const SEED: u64 = 0x0ca1_1bf0;
 
-/// The share of a column's energy below which what the fit leaves of it is rounding.
+/// Below this fraction of its squared norm, the residual of a column is rounding error.
 const SEEN: f64 = 1e-7;
 
 /// The examined fit, reduced to the inner products of each run: of the fitted columns, the candidates and the residuals.

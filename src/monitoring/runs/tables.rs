@@ -14,13 +14,13 @@ use crate::math::rms;
 use crate::measure::dataset::Dataset;
 use crate::measure::poses::Postures;
 
-/// A parameter whose change is known no better than this, in plausible sizes, is not seen.
+/// A parameter is not determined if the one-sigma of its change is at least this, in plausible sizes.
 const NOT_SEEN: f64 = 3.0;
 
-/// Sigmas at which an effect is there.
+/// Standard deviations from which an effect is significant.
 const THERE: f64 = 3.0;
 
-/// A run that holds less than this share of what all runs say of an effect cannot show it.
+/// A run with less than this share of the information of all runs about an effect cannot show it.
 const SHARE: f64 = 0.02;
 
 /// Outcome for a parameter.

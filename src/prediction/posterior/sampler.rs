@@ -216,7 +216,9 @@ mod tests {
 
     use super::*;
 
+    /// Number of robots sampled from the prior.
     const ROBOTS: u64 = 500;
+    /// Number of bins of the rank histogram.
     const BINS: usize = 10;
     /// Chi-square with nine degrees of freedom exceeds this with a probability of 1 %.
     const BY_CHANCE: f64 = 21.67;

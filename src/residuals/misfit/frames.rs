@@ -14,7 +14,7 @@ use crate::robot::{FramePose, Pose, Robot, rigid_fit};
 const NU: f64 = 4.0;
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN_OF_SQUARES: f64 = 2.366;
-/// A row is set aside if its residual exceeds this many standard deviations per axis.
+/// A row is excluded if its residual exceeds this many standard deviations per axis.
 const SET_ASIDE: f64 = 10.0;
 /// Smallest standard deviation per axis, m: rounding in files.
 const FINEST: f64 = 1e-8;

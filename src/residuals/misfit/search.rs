@@ -42,9 +42,9 @@ const MOST_GROSS: f64 = 0.2;
 const STATED: f64 = 0.05;
 /// Rotation from the stated orientation, rad, that such a base should not reach.
 const TURNED: f64 = 20.0 * DEG;
-/// A slip corrects the base if it leaves it turned by no more than this, rad.
+/// A slip corrects the base if the base then deviates from its stated orientation by no more than this, rad.
 const PUT_RIGHT: f64 = 2.0 * DEG;
-/// Number of best trials reported if none explains the misfit.
+/// Number of best trials that are reported if none explains the misfit.
 const TOLD: usize = 3;
 /// Number of gross rows named individually, at most.
 const NAMED: usize = 20;

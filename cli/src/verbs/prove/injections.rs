@@ -13,7 +13,7 @@ use super::super::progress::{Trials, Waiting};
 use super::injections_text::{markdown, page, sentences, text};
 use super::{Arguments, thin};
 
-/// Fitted rows used of each dataset if not stated: a minute's work.
+/// Number of fitted rows used of each dataset if not stated: a minute's work.
 const AT_MOST: usize = 2000;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {

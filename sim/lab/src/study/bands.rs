@@ -81,6 +81,7 @@ mod tests {
     #[test]
     fn bands_hold_what_they_promise() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
+        /// Number of simulated studies: the coverage has a standard error of 0.35 % at 95 %.
         const STUDIES: usize = 4000;
         for share in [0.05, 0.25, 0.5, 0.95] {
             let n = 200;

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::Extent;
 
-/// Trials without drawn errors, whose mean is the part of the errors that is not drawn.
+/// Number of trials without sampled errors, whose mean is the part of the errors that is not sampled.
 const UNDRAWN: u64 = 16;
 
 /// Draws the robots of a scenario so that errors which `share` of them stay below are ordinary; of the TriCal, unless the

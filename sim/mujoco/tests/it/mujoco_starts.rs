@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 const FALLING: &str = r#"<mujoco><option timestep="0.001" gravity="0 0 -9.81"/><worldbody>
     <body><joint type="slide" axis="0 0 1"/><geom size="0.01" mass="1"/></body>
 </worldbody></mujoco>"#;
+/// Time step, s.
 const STEP: f64 = 1e-3;
+/// Gravity of the model, m/s².
 const GRAVITY: f64 = 9.81;
 
 /// Tolerance for sums of a thousand equal terms in double precision.
