@@ -22,9 +22,7 @@ use crate::units::{MM, UM};
 const BALL_POSES: usize = 480;
 /// Number of candidate points.
 const POINTS: usize = 500;
-
-/// Assumed duration of a centring with its approach, s. This and the following depend on the cell; only their order of
-/// magnitude matters.
+/// Assumed duration of a centring with its approach, s; of this and the following, only the order of magnitude matters.
 const CENTRING: f64 = 60.0;
 /// Assumed duration of a tracker point, s.
 const POINT: f64 = 20.0;
@@ -36,12 +34,9 @@ const TRACKER: f64 = 60.0 * 60.0;
 const ARTIFACT: f64 = 30.0 * 60.0;
 /// Assumed time after the end of the session at which a repeated sample distinguishes a drift from a step, s.
 const LATER: f64 = 60.0 * 60.0;
-
 /// One-sigma per axis of a tracker point if the data do not state it, m: a laser tracker at a distance of some metres.
 const TRACKER_SIGMA: f64 = 18.0 * UM;
-
-/// Displacements of the artifact from its present position, m: nearer or farther, and up, so that every joint takes
-/// other angles.
+/// Displacements of the artifact, m: nearer or farther, and up, so that every joint takes other angles.
 const SHIFTS: [[f64; 3]; 3] = [[-0.12, 0.0, 0.15], [0.10, 0.0, 0.20], [0.05, 0.20, 0.10]];
 
 /// Kind of measurement.
