@@ -73,7 +73,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
     }
 }
 
-/// What is to be settled before the steps of a ladder are believed, as [`next_step_sentences`] says before the climb: that its
+/// Question to settle before the steps of a ladder are believed, as [`next_step_sentences`] says before the ladder is run: its
 /// first step adds one of several effects that the data cannot distinguish.
 #[must_use]
 pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {

@@ -25,7 +25,7 @@ macro_rules! optional {
     };
 }
 
-/// As [`optional!`], for a name that is no literal.
+/// As [`optional!`], for a name that is not a literal.
 pub(super) fn marked(rank: usize, header: &str) -> String {
     format!("{}{header}", MARK.to_string().repeat(rank))
 }

@@ -111,7 +111,7 @@ impl CollisionCheck {
             .iter()
             .map(|body| body.frame.and_then(|f| links.get(f)).map_or(body.local, |frame| placed(frame) * body.local))
             .collect();
-        // Distances between the origins of successive links, mm: a body is no further from a joint than the sum of
+        // Distances between the origins of successive links, mm: a body is not further from a joint than the sum of
         // those between, plus its reach.
         let lengths: Vec<f64> =
             links.windows(2).map(|l| (l[1].translation.vector - l[0].translation.vector).norm() / MM).collect();

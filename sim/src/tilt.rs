@@ -187,7 +187,7 @@ mod tests {
         }
     }
 
-    /// The share of plain robots beyond the mean of tilted ones is the one asked for: the saddlepoint is good to a few per cent.
+    /// The share of plain robots beyond the mean of tilted ones is as requested: the saddlepoint is good to a few per cent.
     #[test]
     fn tilted_robots_are_as_bad_as_the_rare_ones() {
         let form = form();

@@ -40,8 +40,7 @@ const ORDINARY_CHI2: f64 = 1.5;
 /// The same if the noise is unknown: size of the background, in plausible sizes.
 const ORDINARY_SIZE: f64 = 0.8;
 
-/// An effect that does not stand out of the background is named if it explains this share of the remaining sum of
-/// squares.
+/// An effect that is not significant above the background is named if it explains this share of the remaining sum of squares.
 const MAIN_SHARE: f64 = 0.5;
 
 /// The background is present if the data are this many times likelier with it.
@@ -354,7 +353,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// Diagnosis of an examination, without setting any suspects aside.
+/// Diagnosis of an examination, without excluding any suspects.
 pub(crate) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     Ok(Evidence::new(datasets, examination)?.diagnosis())
 }

@@ -51,7 +51,7 @@ pub enum Follows {
 /// The role of a family in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Part of every model: a robot's description is no better than its manufacturer, so no prior holds the sizes.
+    /// Part of every model: a robot's description is not better than its manufacturer, so no prior holds the sizes.
     Baseline,
     /// A cause present to some extent in every robot, held to plausible sizes when fitted.
     Cause,

@@ -54,7 +54,7 @@ pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Prior::Uninformative));
     kept.sort_unstable();
-    // As many independent columns as rows: further unknowns were left out for lack of rows, and there is no check on the
+    // As many independent columns as rows: further unknowns were left out for lack of rows, and no row is left to check the
     // others.
     if problem.row_count() <= flat {
         return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat + unresolved.len() });

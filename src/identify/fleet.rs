@@ -154,7 +154,7 @@ impl SeemOne {
 }
 
 /// If two calibrations seem to be of one robot: the difference of their parameters in units of its uncertainty, rms, and that of two
-/// robots that are very much alike; `likely` is the likelihood ratio that is asked for.
+/// robots that are very much alike; `likely` is the likelihood ratio that is requested.
 fn measured_twice(one: &Calibration, other: &Calibration, likely: f64) -> Option<[f64; 2]> {
     let (mut squares, mut count, mut ln_ratio) = ([0.0; 2], 0.0, 0.0);
     for a in one.estimates.iter().filter(|e| !e.name.contains('@') && e.stated_sigma.is_none()) {

@@ -26,7 +26,7 @@ pub(super) struct TableColumn {
     pub unit: Option<&'static str>,
     /// True if every entry is `fit` or `validation`, and both occur.
     pub is_set: bool,
-    /// Largest number; `None` if more entries than may have failed are no numbers.
+    /// Largest number; `None` if more entries than may have failed are not numbers.
     pub largest: Option<f64>,
 }
 

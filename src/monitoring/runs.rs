@@ -312,7 +312,7 @@ impl RunsComparison {
     }
 }
 
-/// Sets aside in every run the samples that disagree with all others of it, and returns them with the names of their runs.
+/// Excludes in every run the samples that disagree with all others of it, and returns them with the names of their runs.
 ///
 /// A single gross error makes its run so noisy that no change is seen in it, or is taken for one. A run that cannot be fitted alone
 /// keeps its samples.

@@ -143,7 +143,6 @@ impl Action {
 }
 
 /// Returns all actions that are possible for an examined robot in the first set-up of its data, and those that are not.
-///
 /// `needs_sides` is true if the direction from which joints arrive is in question.
 pub fn actions(
     dataset: &Dataset,

@@ -58,7 +58,7 @@ pub struct Comparison {
     pub world: WorldView,
     /// Each set-up (base and tool) separately.
     pub setups: Vec<SetupView>,
-    /// Apparent angle errors of the joints; the curves that stand out come first.
+    /// Apparent angle errors of the joints; the curves that are significant come first.
     pub joints: Vec<JointCurve>,
     /// Mean apparent angle errors of the joints.
     pub offsets: Vec<JointOffset>,
@@ -66,7 +66,7 @@ pub struct Comparison {
     pub worst: Vec<WorstSample>,
     /// Every sample, in order.
     pub residuals: Vec<SampleResidual>,
-    /// Views that stand out, strongest first, each tested beyond those before it.
+    /// Views that are significant, strongest first, each tested beyond those before it.
     pub findings: Vec<Standout>,
     /// Share of the residual sum of squares that remains after the findings.
     pub left: f64,

@@ -43,7 +43,7 @@ pub struct Advice {
     /// Recommended next step.
     pub to_do: ToDo,
     /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
-    /// the curve of the joint that stands out, if that predicts better. `None` if nothing does.
+    /// the curve of the joint that is significant, if that predicts better. `None` if nothing does.
     pub step: Option<Box<LadderStep>>,
     /// Effects that the ladder tried before, and the objections to each.
     pub refused: Vec<(String, Vec<Objection>)>,
@@ -76,7 +76,7 @@ impl Advice {
             Ok(step) => Some(step),
             Err(_) => curve(datasets, below, ground)?,
         };
-        // A sample that disagrees with all others is set aside in any case.
+        // A sample that disagrees with all others is excluded in any case.
         let sets_aside = step.as_ref().is_some_and(|step| step.added == diagnosis.without_suspects());
         let to_do = match (&step, verdict) {
             (_, Verdict::Indistinguishable) if !sets_aside => ToDo::Distinguish,

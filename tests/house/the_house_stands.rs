@@ -102,7 +102,7 @@ impl<'ast> Visit<'ast> for Named {
         self.imports.extend(found.into_iter().map(|path| (path, handed_on)));
     }
 
-    // Where something is visible is no use of it.
+    // Where something is visible is not a use of it.
     fn visit_vis_restricted(&mut self, _: &'ast VisRestricted) {}
 
     fn visit_path(&mut self, path: &'ast syn::Path) {

@@ -45,7 +45,7 @@ fn calibrate(dataset: &Dataset, model: &Model) -> Calibration {
     identify(&[("calibrated", dataset)], model).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Rms, m, on rows of another campaign, its base and tool found anew.
+/// Rms, m, on rows of another campaign, its base and tool re-estimated.
 fn judged_on(calibration: &Calibration, dataset: &Dataset, which: Use) -> f64 {
     let prediction = calibration.set_up_anew().predict(&[("judged", dataset)], which).unwrap_or_else(|e| panic!("{e}"));
     Validation::of(&prediction).expect("there are rows").rms

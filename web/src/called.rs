@@ -56,7 +56,7 @@ impl Helper for OtherWorker {
     }
 }
 
-/// There is no randomness but what is seeded.
+/// All randomness is seeded.
 fn no_randomness(_: &mut [u8]) -> Result<(), getrandom::Error> {
     Err(getrandom::Error::UNSUPPORTED)
 }

@@ -97,7 +97,7 @@ impl Session {
         Ok(json!({"opened": opened.told}))
     }
 
-    /// Goes on to a model that this workbench was at before the page had to begin anew.
+    /// Goes on to a model that this workbench was at before the page had to begin again.
     fn adopt(&self, Adopted { model }: &Adopted) -> Result<Value, NoAnswer> {
         let bench = self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?;
         let path = Path::new("adopted.toml");

@@ -101,7 +101,7 @@ pub struct Simulated<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
-    // Whether the plan changes the payload is known of a plan, and of the scenario that is planned anew.
+    // Whether the plan changes the payload is known of a plan, and of the scenario that is planned again.
     let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
         (Some(cell), _) => (read_cell(cell)?.dataset, 0),
         (None, Some(scenario)) => {

@@ -85,7 +85,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     if is_told() { print_answer(text) } else { Ok(()) }
 }
 
-/// Prints what was asked for, as wide as the terminal; into a closed pipe, nothing.
+/// Prints what was requested, as wide as the terminal; into a closed pipe, nothing.
 pub fn print_answer(text: &str) -> Result<(), Failure> {
     let Manner { columns, colour, beside, .. } = manner();
     if beside {

@@ -20,7 +20,7 @@ const WRITTEN: [&str; 10] = ["history", "mdh", "out", "output", "page", "parquet
 /// Those that name folders to which files are added: they may be the folders of the data.
 const ADDED_TO: [&str; 2] = ["rows", "save_to"];
 
-/// The argument that names a robot by its file and links, and is no path.
+/// The argument that names a robot by its file and links, and is not a path.
 const ROBOT: &str = "urdf_of";
 
 /// Keys under which a TOML file names others.

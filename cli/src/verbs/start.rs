@@ -183,7 +183,7 @@ pub fn begin<M: Manipulator>(
     ready(of, before, operator, (robot, gauges), (stands, false))
 }
 
-/// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered anew at the plan's mastering
+/// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered again at the plan's mastering
 /// posture, or in place with the master ball in its socket (`here`). Returns where the arm then stands.
 ///
 /// # Errors

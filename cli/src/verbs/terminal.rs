@@ -138,7 +138,7 @@ fn wrapped_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Opt
     (head <= TALLEST_HEADER && row <= TALLEST).then_some(text)
 }
 
-/// Lines of the header of a framed table, and of a row on average: a few tall ones are no harm.
+/// Lines of the header of a framed table, and of a row on average: a few tall ones do no harm.
 fn heights(rows: &[Vec<String>], text: &str) -> (usize, usize) {
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with(['┌', '└'])).collect();
     let head = lines.iter().position(|line| line.starts_with('╞'));

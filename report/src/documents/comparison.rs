@@ -165,7 +165,7 @@ pub struct WorstSample {
     pub special: Vec<String>,
 }
 
-/// The view that stands out.
+/// The view that is significant.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "view", rename_all = "snake_case")]
 pub enum Place {

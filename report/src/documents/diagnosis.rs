@@ -43,7 +43,7 @@ pub struct FoundParameter {
     pub unit: String,
 }
 
-/// An effect that stands out.
+/// An effect that is significant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Rank, from 1.
@@ -168,7 +168,7 @@ pub struct Diagnosis {
     pub nothing_probability: f64,
     /// Size of the model discrepancy, in plausible sizes.
     pub background_plausible: f64,
-    /// Effects that stand out, best first.
+    /// Effects that are significant, best first.
     pub findings: Vec<Finding>,
     /// Contributions when everything is fitted at once.
     pub contributions: Vec<Contribution>,

@@ -77,7 +77,7 @@ pub struct Ladder {
     pub other: Option<LadderStep>,
     /// The compared models.
     pub choices: Vec<Choice>,
-    /// Samples set aside.
+    /// Excluded samples.
     pub set_aside: Vec<String>,
     /// The recommended model.
     pub recommended: Recommended,

@@ -1,4 +1,4 @@
-//! A picture: what the fit leaves, and what an effect takes of it.
+//! A picture: what the fit leaves, and the part of it that an effect explains.
 
 /// Points of the residual, and the curve of the effect through them.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Plot {
     pub points: Vec<[f64; 2]>,
     /// Indices of points that are emphasised.
     pub marked: Vec<usize>,
-    /// The curve of the effect: pieces of a polyline. Empty if what is drawn is no function of the abscissa.
+    /// The curve of the effect: pieces of a polyline. Empty if what is drawn is not a function of the abscissa.
     pub curve: Vec<Vec<[f64; 2]>>,
     /// Part of each residual that the effect explains, in the order of the points, where there is no curve.
     pub taken: Vec<f64>,

@@ -266,7 +266,7 @@ fn binned(seen: &[Drawn], by_value: bool, event: Option<f64>) -> Vec<Bin> {
     bins
 }
 
-/// The residual of every sample, thrice, against what the effect takes of it.
+/// The residual of every sample, thrice, against the part of it that the effect explains.
 fn agreement(scene: &Scene<'_>, turned: bool) -> Plot {
     let (axes, unit) = if turned { ("the tool", "µrad") } else { ("the room", "µm") };
     let pair = |k: usize, a: usize| match &scene.rows[k].turn {

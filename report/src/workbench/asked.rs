@@ -40,10 +40,10 @@ pub enum Unanswered {
     #[error("this is not what is asked here: {0}")]
     Malformed(#[from] serde_json::Error),
     /// The question was of a model that is no longer the present one. No mistake, and for a page that asked nothing to be told:
-    /// it has asked for the new model already.
+    /// it has requested the new model already.
     #[error("the model has changed in the meantime")]
     Changed,
-    /// What was asked for cannot be done.
+    /// What was requested cannot be done.
     #[error("{message}")]
     Refused {
         /// The field of the page in error, if it is one.

@@ -1,5 +1,5 @@
 //! docs/figures.md lists the figures as the program has them, and the glossary calls them so. `CALIBENCH_WRITE_SCHEMAS=1` writes
-//! the page anew.
+//! the page again.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
 //! docs/formats holds the JSON Schema of every file that the program reads, its keys, and an example.
-//! `CALIBENCH_WRITE_SCHEMAS=1` writes schemas and keys anew. The schemas are judged by a validator that shares no code with
+//! `CALIBENCH_WRITE_SCHEMAS=1` rewrites schemas and keys. The schemas are judged by a validator that shares no code with
 //! the readers: both accept the same files, and refuse the same.
 
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Checks of simulated cells: how often a check finds what happened to a robot since its calibration, and names it.
 //!
-//! Each cell is drawn anew, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
+//! Each cell is sampled, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
 //! again by the controller that probed them first, one after the other, until the check is settled.
 
 use calibench::identify::calibration::IdentifyError;

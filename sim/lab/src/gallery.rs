@@ -30,8 +30,8 @@ use crate::injection::{InjectedNoise, NoiseChoice, Subject};
 /// plausible size leaves less: a picture of noise shows nothing.
 const SHOWS: f64 = 3.0;
 
-/// Shares between which a second picture shows what is left beside the best imitator: below, it is no imitation; above, nothing
-/// is left.
+/// Shares of an effect, explained by its best imitator, between which a second picture shows the residual of that fit: below,
+/// it is not an imitation; above, nothing is left.
 const BESIDE: std::ops::Range<f64> = 0.5..0.97;
 
 /// Order of a ripple, per turn, and part of the session after which events occur.
@@ -199,7 +199,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// True if a diagnosis of this campaign would offer an effect, or if it is only ever asked for.
+    /// True if a diagnosis of this campaign would offer an effect, or if it is only ever requested.
     fn offers(&self, family: &Family, id: &str) -> bool {
         let balls_alone = || {
             let samples = self.named.iter().flat_map(|(_, d)| &d.samples);

@@ -91,7 +91,7 @@ pub struct Subject<'a> {
     noise: InjectedNoise,
     /// Joint angles at which errors are judged, rad.
     poses: Vec<Vec<f64>>,
-    /// True if nothing measured is known in the world, so that base and tool are fitted anew wherever a robot is judged.
+    /// True if nothing measured is known in the world, so that base and tool are re-fitted wherever a robot is judged.
     anew: bool,
     /// Smallest detectable size of each effect, in plausible sizes.
     smallest: BTreeMap<String, Option<f64>>,

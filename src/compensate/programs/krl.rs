@@ -125,7 +125,7 @@ fn scan_file(text: &Text, uses: &mut Uses) -> Scan {
     for statement in statements(text) {
         let mut end_of_last = 0;
         while let Some(pair) = pairs.next_if(|pair| pair.open < statement.at.end) {
-            // Aggregates within aggregates are no positions: loads have frames of their own.
+            // Aggregates within aggregates are not positions: loads have frames of their own.
             if pair.open >= end_of_last {
                 end_of_last = pair.close;
                 aggregate(text, &statement, pair, uses, &mut scan);

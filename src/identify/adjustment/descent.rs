@@ -62,7 +62,7 @@ impl Adjustment {
     }
 
     /// Recomputes the loads at the end of each step and continues from there, as long as every step is at most half of the
-    /// previous one. Returns true if it converged. Sums of squares are no criterion: they differ under other loads.
+    /// previous one. Returns true if it converged. Sums of squares are not a criterion: they differ under other loads.
     pub(super) fn stride(&mut self, problem: &Problem) -> bool {
         let mut before: Option<f64> = None;
         self.exact = false;

@@ -131,7 +131,7 @@ impl Fitted {
     }
 }
 
-/// Fits with a prior, the noise being found from what is left unless it is given. Returns the noise too.
+/// Fits with a prior, the noise being estimated from the residual unless it is given. Returns the noise too.
 fn fitted(
     datasets: &[(&str, &Dataset)],
     model: &Model,

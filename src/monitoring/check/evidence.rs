@@ -45,7 +45,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Residual of the differences after the best size of a condition.
 pub(super) struct Left {
-    /// Sum of the squares of what is left, whitened.
+    /// Sum of the squares of the residuals, whitened.
     squares: f64,
     /// Its degrees of freedom.
     dof: usize,
@@ -54,7 +54,7 @@ pub(super) struct Left {
 }
 
 impl Left {
-    /// Root mean square of what is left, in units of the noise of one comparison; `None` if nothing can be left.
+    /// Root mean square of the residual, in units of the noise of one comparison; `None` if nothing can be left.
     pub fn rms(&self) -> Option<f64> {
         (self.dof > 0).then(|| (self.squares / self.dof as f64).sqrt())
     }

@@ -107,7 +107,7 @@ mod tests {
             for size in [0.0, 0.3, 1.0, 3.0, 30.0] {
                 let (share, median) = covered(&variances, size);
                 assert!(share > 0.939, "{variances:?}, {size}: {share}");
-                // It is no limit at all that always holds.
+                // It is not a limit if it always holds.
                 assert!(median < 8.0 * size.max(1.0), "{variances:?}, {size}: {median}");
             }
         }

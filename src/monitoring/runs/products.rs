@@ -75,7 +75,7 @@ pub(super) struct Explained {
     pub squares: f64,
     /// Number of directions seen.
     pub directions: f64,
-    /// Best coefficients, in the order of the directions asked for, and their covariance before scaling by the noise.
+    /// Best coefficients, in the order of the directions requested, and their covariance before scaling by the noise.
     pub coefficients: DVector<f64>,
     pub covariance: DMatrix<f64>,
 }

@@ -121,7 +121,7 @@ pub struct RunOfRobot {
     /// Noise of one axis that remains when error curves are allowed for, m.
     pub noise: f64,
     /// Errors there of the robot of the others, with the model given and with error curves, or the reason why there are none;
-    /// `None` if they were not asked for.
+    /// `None` if they were not requested.
     pub from_others: Option<[Result<LeftOut, String>; 2]>,
 }
 

@@ -41,7 +41,7 @@ pub(super) struct Fitted {
     pub frames: Frames,
     /// Length of the residual of each row, then of each known distance between balls, m.
     pub misses: Vec<f64>,
-    /// Rms in 3-D of the rows not set aside, m.
+    /// Rms in 3-D of the rows not excluded, m.
     pub robust: f64,
     /// The same of all rows, m.
     pub plain: f64,
@@ -281,7 +281,7 @@ impl<'a> FrameFit<'a> {
         }
     }
 
-    /// For each row, true if it is not set aside.
+    /// For each row, true if it is not excluded.
     fn kept(&self, misses: &[f64]) -> Vec<bool> {
         let most = SET_ASIDE * scale(misses).sqrt().max(FINEST);
         misses.iter().map(|d| *d <= most).collect()

@@ -81,7 +81,7 @@ impl Search<'_> {
         let screen = self.some.selection(SCREENED);
         let before = fit(&screen);
         // If the robust residual is as expected, slips are scored by all rows including gross ones, otherwise by the
-        // rows not set aside.
+        // rows not excluded.
         let by_all = !too_large;
         let mut tried = try_all(&screen, &singles, by_all);
         if !too_large && gross.is_empty() {
@@ -245,7 +245,7 @@ fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
     slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
 }
 
-/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not set aside. Omits slips
+/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not excluded. Omits slips
 /// that leave less than half of the rows.
 fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
     let own = signal(campaign);

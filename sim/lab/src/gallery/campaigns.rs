@@ -73,7 +73,7 @@ pub fn of_scenario(scenario: &Scenario, seed: u64, observer: &mut dyn CampaignOb
     of.into_iter()
         .map(|(words, dataset, truth)| {
             let mut random = Streams { seed, trial: 0 }.stream(&words);
-            // With other columns the same samples are measured anew.
+            // With other columns the same samples are measured again.
             let datasets = measured_by(&[(NAME, &dataset)], truth, 1.0, &mut random)?;
             Ok(Campaign {
                 words: format!("{}, {words}", scenario.robot().name),

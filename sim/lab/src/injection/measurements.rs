@@ -1,5 +1,5 @@
 //! The measurements that a robot with an injected effect would have given: the user's own samples, displaced by what the effect
-//! does to them, with noise drawn anew.
+//! does to them, with noise sampled again.
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;

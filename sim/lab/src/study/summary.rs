@@ -171,7 +171,7 @@ impl Summary {
             return;
         }
         of.done += 1;
-        // Counts of trials with weights are no shares of robots.
+        // Counts of trials with weights are not shares of robots.
         if weighted.is_some() {
             return;
         }
@@ -236,7 +236,7 @@ impl MethodSummary {
         SPREAD.iter().filter_map(|name| Some((*name, self.spread(name)?)))
     }
 
-    /// In a study of rare robots, the errors that the share asked for stay within.
+    /// In a study of rare robots, the errors that the share requested stay within.
     pub fn tails(&self) -> impl Iterator<Item = (&'static str, TailQuantile)> {
         let share = self.rare.unwrap_or(f64::NAN);
         TAILS.into_iter().zip(&self.tails).map(move |(name, tail)| (name, tail.quantile(share)))

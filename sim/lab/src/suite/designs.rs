@@ -1,5 +1,5 @@
 //! Tests whether designed measurements separate rivals: robots whose diagnosis is ambiguous or wrong are measured again at
-//! poses chosen in three ways, and diagnosed anew.
+//! poses chosen in three ways, and diagnosed again.
 
 use calibench::diagnosis::library::Library;
 use calibench::diagnosis::{Examination, Verdict, diagnose_examined};
