@@ -1,6 +1,6 @@
 //! W4 again and again: how many trials a second one thread does and how many two, that both come to the same, and what memory it takes.
 //!
-//! `cargo bench -p calibench --bench throughput -- 1000000` for a million; 20,000 unless told.
+//! `cargo bench -p calibench --bench throughput -- 1000000` for a million; 20,000 by default.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod works;
@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use works::golden::{self, GoldenModel};
 use works::trial::Trial;
 
-/// Trials unless told.
+/// Trials by default.
 const TRIALS: u64 = 20_000;
 /// Trials that a thread takes at a time.
 const SHARE: u64 = 500;
 
-/// What is left of many trials: sums of whole nanometres, so that their order is nothing.
+/// Totals over many trials, in whole nanometres, so that the order of summation does not matter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Sums {
     mean_nm: u64,

@@ -62,7 +62,7 @@ pub fn identified() -> Result<Calibration, Box<dyn Error>> {
 /// Joint angles in degrees and points in millimetres.
 type Arrays = (Vec<[f64; 6]>, Vec<[f64; 3]>);
 
-/// What a campaign would bring: sixty postures, and the points seen there.
+/// Simulated campaign: sixty postures, and the points measured there.
 fn arrays() -> Result<Arrays, Box<dyn Error>> {
     let mut arm = built_in(ROBOT).ok_or("no such robot")?;
     let limits: Vec<[f64; 2]> = arm.links.iter().map(|link| link.limits).collect();

@@ -23,7 +23,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-/// How far the hoses of the simulated arm pull joint 1 back, rad per rad.
+/// Rotation by which the hoses of the simulated arm pull joint 1 back, rad per rad.
 pub const PULL: f64 = 400e-6;
 
 /// `hose_pull:J`.
@@ -47,12 +47,12 @@ impl Effect for HosePull {
     }
 }
 
-/// How far a joint has turned beyond 90 degrees, with its sign.
+/// Rotation of a joint beyond 90 degrees, signed, rad.
 fn beyond(q: f64) -> f64 {
     q - q.clamp(-90.0 * DEG, 90.0 * DEG)
 }
 
-/// What there is to know about it.
+/// The family: its name, equation, size and signature.
 static HOSE_PULL: Family = Family {
     id: "hose_pull",
     arguments: ":J",
@@ -94,7 +94,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What the diagnosis of a model without the effect names, and the estimate of one with it.
+/// Effects that the diagnosis of a model without the effect names, and the estimate of a model with it.
 pub fn named_and_fitted() -> Result<(Vec<String>, Estimate), Box<dyn Error>> {
     let model = Model { registry: Registry::default().with(&HOSE_PULL)?, ..Model::of(&["base_frame", "mdh"]) };
     let data = campaign()?;

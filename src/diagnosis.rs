@@ -120,7 +120,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The verdict without the suspect samples, if there are any.
     pub verdict_without_suspects: Option<Verdict>,
-    /// How the fit ended; unless it converged, the diagnosis is void.
+    /// Outcome of the fit; unless it converged, the diagnosis is void.
     pub outcome: Outcome,
     /// The 95 % credible set of effects.
     pub set95: Vec<String>,
@@ -160,7 +160,8 @@ pub struct Diagnosis {
 const OUTLIER_ODDS: f64 = 20.0;
 
 impl Diagnosis {
-    /// Of data that do not fit their robot and were taken all the same: what the model leaves of them is no noise.
+    /// Withdraws the verdict "noise" for data that do not fit their robot and were accepted by force: their residual is not
+    /// noise.
     pub fn doubt_noise(&mut self) {
         if self.verdict_without_suspects.unwrap_or(self.verdict).is_noise() {
             (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);
@@ -190,12 +191,12 @@ impl Diagnosis {
         curve.filter(|c| best == Some((c.joint, c.variable)))
     }
 
-    /// The effects that set all suspect samples aside.
+    /// The effects that exclude all suspect samples.
     pub fn without_suspects(&self) -> Vec<String> {
         all_aside(&self.scatter.suspects)
     }
 
-    /// True if the diagnosis advises to set a sample aside: as a suspect, as the first finding, or as a missing effect
+    /// True if the diagnosis advises to exclude a sample: as a suspect, as the first finding, or as a missing effect
     /// of the credible set.
     pub fn advises_to_set_aside(&self, sample: &str) -> bool {
         let is_it = |f: &Finding| f.is_sample() && EffectId::new(&f.hypothesis.in_model).rest() == Some(sample);
@@ -213,7 +214,7 @@ impl Finding {
     }
 }
 
-/// The effects that set these samples aside.
+/// The effects that exclude these samples.
 fn all_aside(suspects: &[Suspect]) -> Vec<String> {
     suspects.iter().map(|s| effects::catalogue::setting_aside(&s.sample)).collect()
 }

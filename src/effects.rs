@@ -57,7 +57,7 @@ impl ParameterSpec {
     }
 }
 
-/// What an effect requires of the model or the data.
+/// Requirement of an effect on the model or the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// Joint torques: link masses in the robot's description, or `tau1_nm` ... `tauN_nm`.
@@ -134,7 +134,7 @@ pub trait Effect: Send + Sync {
         Owner::Robot
     }
 
-    /// What the model or the data must provide.
+    /// Requirements on the model or the data.
     fn needs(&self) -> &[Needs] {
         &[]
     }
@@ -192,7 +192,7 @@ pub enum EffectError {
     Argument {
         /// As given.
         id: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
     /// A family cannot be added under an id already in use.
@@ -206,7 +206,7 @@ pub enum EffectError {
     Own {
         /// Its name.
         id: String,
-        /// What is wrong with it.
+        /// The error in it.
         error: OwnEffectError,
     },
 }

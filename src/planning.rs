@@ -39,9 +39,9 @@ use crate::prediction::{WORKSPACE_POSES, workspace_poses};
 /// Numbers of measurements that are compared.
 pub const STEPS: [usize; 3] = [5, 10, 20];
 
-/// Tolerances within which the quicker of two options is preferred: difference of the chance to resolve, and relative
-/// difference of the error.
+/// Difference of the probability to resolve within which the quicker of two options is preferred.
 const AS_GOOD_CHANCE: f64 = 0.03;
+/// The same for the error, as a relative difference.
 const AS_GOOD_ERROR: f64 = 0.05;
 
 /// Family of the effects that depend on the direction from which joints arrive.

@@ -145,7 +145,7 @@ pub struct Arm<'a> {
     /// Its loads.
     pub loads: Loads,
     nominal: Vec<f64>,
-    /// Where each parameter acts, and the joint whose torque multiplies it.
+    /// Site of each parameter, and the joint whose torque multiplies it.
     columns: Vec<(Site, Option<usize>)>,
 }
 
@@ -209,7 +209,7 @@ pub struct Arms<'a> {
     of_sites: Vec<Vectors<LANES>>,
     /// Columns of the compliances, in order.
     yielding: Vec<Vectors<LANES>>,
-    /// Where each parameter acts, and the joint whose torque multiplies it.
+    /// Site of each parameter, and the joint whose torque multiplies it.
     columns: Vec<(usize, Option<usize>)>,
 }
 

@@ -98,7 +98,7 @@ impl TrueArm {
     }
 }
 
-/// What a trial is judged by.
+/// Errors by which a trial is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outcome {
     /// Mean distance between true and identified arm on the validation configurations, m.

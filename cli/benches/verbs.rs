@@ -84,6 +84,7 @@ fn verbs(c: &mut Criterion) {
 
 /// The verb `study`: its trials on one thread and on two, and the whole of it, from the start of the program to the printed text.
 fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
+    /// Number of trials: several batches, on one thread or two.
     const TRIALS: u64 = 200;
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
     let study = Study::new(&Document::read(&file).unwrap(), Methods::Trical, false, &|_, _| {}).unwrap();

@@ -117,7 +117,7 @@ fn numbers(run: &Run) -> [f64; QUANTITIES.len()] {
     [a, b, c, d, e, f, run.before.mean / MM, run.before.max / MM, largest, beyond]
 }
 
-/// How far off the ball's centre the gauge's first reading was, mm, of every probing that read one.
+/// Distance of the gauge's first reading from the ball's centre, mm, of every probing that read one.
 fn first_contacts(run: &Run) -> Vec<f64> {
     let first = |p: &ProbingRecord| p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
     run.campaign.probings.iter().filter_map(first).map(|r| r.norm() / MM).collect()

@@ -123,9 +123,11 @@ pub fn charts_page(robot: &str, days: &[String], verdicts: &[(String, bool)], ch
     out
 }
 
-/// Size of a chart, and its margins: left, right, top and bottom.
+/// Width and height of a chart, units of its viewBox.
 const SIZE: [f64; 2] = [340.0, 150.0];
+/// Width at the left for the labels of the ordinate, units of the viewBox.
 const LEFT: f64 = 34.0;
+/// Margin on all four sides, units of the viewBox.
 const MARGIN: f64 = 10.0;
 
 fn figure(chart: &Chart, days: &[String], limit: f64) -> String {

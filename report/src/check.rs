@@ -28,7 +28,7 @@ pub fn condition_words(condition: &Condition) -> String {
     }
 }
 
-/// What to do about a condition.
+/// The remedy for a condition.
 #[must_use]
 pub fn what_to_do(condition: &Condition) -> &'static str {
     match condition {
@@ -139,7 +139,7 @@ fn shown_words(shown: &[Shown]) -> String {
     out
 }
 
-/// What the change that is named, or the closest single one, leaves of the differences, as a sentence.
+/// Residual of the differences after the named change, or the closest single one, as a sentence.
 fn closest_words(check: &RobotCheck, named: &Condition) -> String {
     let Some(closest) = &check.closest else { return String::new() };
     let left = format!("{:.1} \u{b5}m rms per axis, where the noise is {:.1} \u{b5}m", closest.left / UM, closest.noise / UM);
@@ -225,7 +225,7 @@ pub fn check_text(check: &RobotCheck, shown: &[Shown]) -> String {
     out
 }
 
-/// Where the noise of the comparison is from, as a line of its own.
+/// Source of the noise of the comparison, as a line of its own.
 fn noise_words(noise: &NoiseOf) -> String {
     match noise {
         NoiseOf::Repeats(scatter) => {

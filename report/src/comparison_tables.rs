@@ -75,7 +75,7 @@ pub fn comparison_headline(c: &Comparison) -> String {
     )
 }
 
-/// What is expected over the workspace, or the reason why it cannot be predicted, and the findings; one line each.
+/// The error expected over the workspace, or the reason why it cannot be predicted, and the findings; one line each.
 #[must_use]
 pub fn comparison_sentences(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> Vec<String> {
     let number_that_matters = forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);

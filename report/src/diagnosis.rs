@@ -7,7 +7,7 @@ use crate::optional;
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects::in_words;
 
-/// The tables of a diagnosis for a terminal: the candidates, the contributions and, if asked for or if nothing else
+/// The tables of a diagnosis for a terminal: the candidates, the contributions and, if requested or if nothing else
 /// explains the residual, the heat map.
 pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
     let mut out = String::new();

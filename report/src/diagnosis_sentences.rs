@@ -82,7 +82,7 @@ fn main(d: &Diagnosis) -> Option<String> {
     ))
 }
 
-/// What the data show that the model lacks, in one sentence or two; `None` if they show nothing.
+/// The effects that the data show to be missing in the model, in one sentence or two; `None` if there are none.
 #[must_use]
 pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
     if let Some(warning) = unconverged(d) {

@@ -1,4 +1,4 @@
-//! Where an expected and a measured figure stand side by side and differ beyond their bands: a sentence that says why.
+//! Sentences that explain why an expected and a measured figure differ beyond their bands.
 
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;

@@ -118,7 +118,7 @@ pub fn to_value(document: &impl Serialize) -> Value {
 /// Reads a document from a file; `remedy` says how to get a correct one.
 ///
 /// # Errors
-/// If the file cannot be read, is no JSON, or holds another document; the error names the line.
+/// If the file cannot be read, is not JSON, or holds another document; the error names the line.
 pub fn read<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T, FileError> {
     let text = read_text(path)?;
     serde_json::from_str(&text).map_err(|e| {

@@ -1,10 +1,10 @@
-//! What robots of one type have in common, in words and tables.
+//! Words and tables of a fleet: mean and spread of the parameters of one robot type.
 
 use calibench::identify::fleet::{CONFLICT, Fleet, FleetJudged, FleetParameter, PriorUsed};
 
 use super::tables::plain_rows;
 
-/// Whether a robot is like its fleet, in a sentence.
+/// Agreement of a robot with its fleet, in a sentence.
 #[must_use]
 pub fn fleet_sentence(judged: &FleetJudged) -> String {
     let chance = if judged.chance < 1e-4 { "under 1e-4".to_owned() } else { format!("{:.2}", judged.chance) };

@@ -16,7 +16,7 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
     if validated {
         header.extend(["mean", "max"].map(|of| format!("{}, {of}", NOT_FITTED.name)));
     }
-    // Without known noise there is only what the best explanation would leave, which is no figure of the instrument.
+    // Without known noise there is only what the best explanation would leave, which is not a figure of the instrument.
     let stated = first.diagnosis.lack_of_fit_p.is_some();
     if stated {
         header.push(marked(1, NOISE_LEFT.name));

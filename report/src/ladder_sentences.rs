@@ -140,7 +140,7 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     )
 }
 
-/// Why an effect is not added, in a clause.
+/// The reason why an effect is not added, in a clause.
 pub fn not_added_sentence(effect: &str, objections: &[Objection]) -> String {
     let why: Vec<String> = objections.iter().map(objection_sentence).collect();
     format!("not added: {}: {}", each_called(effect), why.join("; "))

@@ -1,4 +1,4 @@
-//! What to do next, in words: the one advice that is given on a model, whoever gives it.
+//! The recommended next step, in words: one advice on a model, whichever verb gives it.
 
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects;
@@ -50,7 +50,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             command(advice, diagnosis, commands)
         ),
     };
-    // What is advised all the same, as a sample is that disagrees with all others, is not refused.
+    // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
     let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
     let refused = refused.map(|(effect, objections)| {
         let why = objections.first().map(objection_sentence).unwrap_or_default();
@@ -73,7 +73,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
     }
 }
 
-/// What is to be settled before the steps of a ladder are believed, as [`next_step_sentences`] says before the climb: that its
+/// Question to settle before the steps of a ladder are believed, as [`next_step_sentences`] says before the ladder is run: its
 /// first step adds one of several effects that the data cannot distinguish.
 #[must_use]
 pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {

@@ -117,7 +117,7 @@ impl Page {
     }
 }
 
-/// Which of two models does not fit its data.
+/// Names which of two models does not fit its data.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum AgainstError {

@@ -84,8 +84,7 @@ fn test_words(test: &RunsTest) -> String {
     format!("F {:.2} on {:.0} and {:.0} degrees of freedom, chance {}", test.f, test.above, test.below, chance(test.chance))
 }
 
-/// Whether one geometry explains the runs, in a sentence.
-/// What differs between the runs, and whether one geometry explains them, without tables.
+/// Answers in sentences what differs between the runs, and whether one geometry explains them.
 pub fn runs_answer(c: &RunsComparison) -> String {
     let names: Vec<&str> = c.runs.iter().map(|run| run.name.as_str()).collect();
     let differences = c.differences.iter().map(|difference| difference_sentence(difference, &names));

@@ -25,7 +25,7 @@ macro_rules! optional {
     };
 }
 
-/// As [`optional!`], for a name that is no literal.
+/// As [`optional!`], for a name that is not a literal.
 pub(super) fn marked(rank: usize, header: &str) -> String {
     format!("{}{header}", MARK.to_string().repeat(rank))
 }
@@ -195,6 +195,7 @@ pub fn validation_table(rows: &[[String; 7]]) -> String {
 
 /// A bar histogram of position errors.
 pub fn histogram(v: &Validation, bins: usize) -> String {
+    /// Length of the longest bar, columns: with its figures, a line has fewer than 80.
     const WIDEST: usize = 50;
     let bars = v.histogram(bins);
     let most = bars.iter().map(|b| b.count).max().unwrap_or(1).max(1);

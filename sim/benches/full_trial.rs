@@ -24,11 +24,13 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
 use works::golden::{self, GoldenModel};
 
-/// One-sigma of each joint after each motion, rad, and of each reading, m, as in W4.
+/// One-sigma of each joint after each motion, rad, as in W4.
 const JOINT_NOISE: f64 = 1e-6;
+/// One-sigma of each reading, m, as in W4.
 const READING_NOISE: f64 = 0.6 * UM;
-/// A ball is centred when every reading is below this, m, and given up after this many readings, as in W4.
+/// Limit of every reading at which a ball is centred, m, as in W4.
 const CENTRED: f64 = 3.0 * UM;
+/// Number of readings after which a centring is given up, as in W4.
 const MOST_READINGS: usize = 12;
 /// Start of an approach, m along each axis of the tool: the plungers are still free there.
 const STAND_OFF: f64 = 8.0 * MM;

@@ -15,10 +15,11 @@ use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
 /// Motions are halved until no two bodies can approach by more than this within a half, mm.
 const RESOLUTION: f64 = 1.0;
 
-/// A ball no further than this from the socket's axis, and within this range along it, is in the socket or in front of
-/// it, m: the gauge may touch it.
+/// Largest distance from the socket's axis, m, of a ball that the gauge may touch: it is in the socket or in front of it.
 const BESIDE_AXIS: f64 = 15.0 * MM;
+/// Largest distance of such a ball in front of the socket's centre, along its axis, m.
 const BEFORE_SOCKET: f64 = 90.0 * MM;
+/// Largest distance of such a ball behind the socket's centre, along its axis, m.
 const BEHIND_CENTRE: f64 = 8.0 * MM;
 
 /// A body in the axes of its frame, mm.
@@ -110,7 +111,7 @@ impl CollisionCheck {
             .iter()
             .map(|body| body.frame.and_then(|f| links.get(f)).map_or(body.local, |frame| placed(frame) * body.local))
             .collect();
-        // Distances between the origins of successive links, mm: a body is no further from a joint than the sum of
+        // Distances between the origins of successive links, mm: a body is not further from a joint than the sum of
         // those between, plus its reach.
         let lengths: Vec<f64> =
             links.windows(2).map(|l| (l[1].translation.vector - l[0].translation.vector).norm() / MM).collect();

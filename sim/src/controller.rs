@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::dahl_friction::DahlFriction;
 
-/// Joint angles that a controller reports when asked for its joints.
+/// Joint angles that a controller reports as its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]

@@ -223,6 +223,7 @@ fn torques_at(cell: &Dataset) -> impl FnMut(&[f64], usize) -> f64 + use<'_> {
 /// over the workspace.
 fn scale_to(rms: f64, robot: &Robot, mut shape: impl FnMut(&[f64]) -> f64) -> f64 {
     // Multiples of irrational numbers (Weyl) fill the joint limits evenly; square roots of primes are mutually independent.
+    /// Primes whose square roots are the steps of the Weyl sequences, one a joint, dimensionless.
     const PRIMES: [f64; 12] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0];
     let mut q = vec![0.0; robot.joints()];
     let mut squares = 0.0;

@@ -201,6 +201,7 @@ pub fn pool(scenario: &Scenario, balls: &[usize], count: usize, seed: u64) -> Re
 
 /// The probings of a plan as samples of the nominal model: a minute each, with random directions of approach.
 pub fn nominal_samples(scenario: &Scenario, poses: &[PlannedPose], seed: u64) -> Dataset {
+    /// Time from one sample to the next, s: a minute per probing.
     const CENTRING_S: f64 = 60.0;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut sides: BTreeMap<&str, Vec<i8>> = BTreeMap::new();

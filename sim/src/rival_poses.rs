@@ -15,8 +15,9 @@ use crate::planning::{PlanError, PoolDesign, layout};
 use crate::rival::Distances;
 use crate::scenario::{InstrumentKind, Scenario};
 
-/// Number of free postures considered, for wires and for a bar: one in ten is near the sphere of a bar.
+/// Number of free postures considered for wires.
 const POOL: usize = 2000;
+/// Number of free postures considered for a bar: one in ten is near its sphere.
 const POOL_OF_A_BAR: usize = 10_000;
 /// A tool within this distance of the sphere of a bar is brought onto it, m.
 const NEAR: f64 = 80.0 * MM;

@@ -220,12 +220,12 @@ pub struct Trial {
     pub campaign: CampaignRecord,
     /// Tracker points at the validation poses.
     pub validation: Dataset,
-    /// The methods asked for, each with the errors of the nominal robot on the validation poses, or the reason why it failed.
+    /// The methods requested, each with the errors of the nominal robot on the validation poses, or the reason why it failed.
     pub methods: Vec<Result<(Method, Validation), RunError>>,
 }
 
 /// Calibrates and judges the robot of a scenario as [`run`] does, without the targets that `run` compensates. The cell is the
-/// same whichever methods are asked for, and so is the result of each.
+/// same whichever methods are requested, and so is the result of each.
 ///
 /// # Errors
 /// When the cell cannot be measured.

@@ -1,12 +1,12 @@
-//! Errors of the robot drawn from another distribution than the scenario's, so that robots with rare results are frequent.
+//! Errors of the robot sampled from another distribution than the scenario's, so that robots with rare results are frequent.
 //!
-//! The result is close to a quadratic form of the drawn errors x (in units of their one-sigma): with the linear response A of the
-//! errors at the validation poses and their part e that is not drawn, the mean square is `Q(x) = |A x + e|² / n`. Weighing the
-//! normal density by `exp(theta Q)` gives another normal density, under which the mean square of a robot is on average as large
-//! as it is rarely (Glasserman, Heidelberger & Shahabuddin 2000, who find the losses of portfolios so). A share of the
-//! trials is drawn as the scenario states, so that no weight exceeds the inverse of that share, however wrong the linear response
-//! is (Hesterberg 1995, defensive mixtures). Weights make every mean exactly that of the scenario: the response decides what an
-//! answer costs, and never what it is.
+//! The result is close to a quadratic form of the sampled errors x (in units of their one-sigma): with the linear response A of
+//! the errors at the validation poses and their part e that is not sampled, the mean square is `Q(x) = |A x + e|² / n`.
+//! Weighing the normal density by `exp(theta Q)` gives another normal density, under which the mean square of a robot is on
+//! average as large as it is rarely (Glasserman, Heidelberger & Shahabuddin 2000, who find the losses of portfolios so). A
+//! share of the trials is sampled as the scenario states, so that no weight exceeds the inverse of that share, however wrong
+//! the linear response is (Hesterberg 1995, defensive mixtures). Weights make every mean exactly that of the scenario: the
+//! response decides what an answer costs, and never what it is.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::RngExt;
@@ -14,7 +14,7 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 use crate::random::Streams;
 
-/// Share of the trials that are drawn as the scenario states.
+/// Share of the trials that are sampled as the scenario states.
 const AS_STATED: f64 = 0.2;
 
 /// Largest part of the way to the pole of the moment generating function, where the tilted density has no width.
@@ -23,10 +23,10 @@ const NEAREST_TO_POLE: f64 = 1.0 - 1e-9;
 /// Bisections of the exponent: to the last bits of a number.
 const BISECTIONS: usize = 100;
 
-/// Draws the errors of a robot, and knows how much more often than the scenario it draws each.
+/// Samples the errors of a robot, with the importance weight of each.
 #[derive(Debug, Clone)]
 pub struct Tilt {
-    /// Share of trials drawn as stated.
+    /// Share of trials sampled as stated.
     as_stated: f64,
     /// The other trials are `centre + spread * (standard normal numbers)`.
     centre: DVector<f64>,
@@ -85,7 +85,7 @@ fn exceeded(theta: f64, constant: f64, axes: &[(f64, f64)]) -> f64 {
 
 impl Tilt {
     /// Draws robots whose mean square `form` is on average what `share` of the scenario's robots stay below; `None` if the
-    /// drawn errors change nothing.
+    /// sampled errors change nothing.
     pub fn towards(form: QuadraticForm, share: f64) -> Option<Self> {
         let eigen = SymmetricEigen::try_new(form.curvature.clone(), f64::EPSILON, 0)?;
         let slopes = eigen.eigenvectors.tr_mul(&form.linear);
@@ -135,8 +135,8 @@ impl Tilt {
         (&self.centre + &self.spread * DVector::from_vec(standard)).as_slice().to_vec()
     }
 
-    /// How much more often the scenario draws these errors than this does: at most the inverse of the share that is drawn as
-    /// stated.
+    /// Density of these errors in the scenario over that from which they are sampled: at most the inverse of the share that is
+    /// sampled as stated.
     pub fn weight(&self, errors: &[f64]) -> f64 {
         let q = self.form.at(&DVector::from_column_slice(errors));
         1.0 / (self.as_stated + (1.0 - self.as_stated) * (self.theta * q - self.log_mean).exp())
@@ -149,7 +149,7 @@ mod tests {
 
     use super::*;
 
-    /// A response of 60 errors to 12 draws, of very different strengths, beside a part that is not drawn.
+    /// A response of 60 errors to 12 draws, of very different strengths, beside a part that is not sampled.
     fn form() -> QuadraticForm {
         let mut random = Streams { seed: 5, trial: 0 }.stream("response");
         let response = DMatrix::from_fn(60, 12, |_, k| random.sample::<f64, _>(StandardNormal) / (1.0 + k as f64));
@@ -166,6 +166,7 @@ mod tests {
     /// Means of the scenario from tilted draws: weights are 1 on average, as are the squares of every error.
     #[test]
     fn weights_give_back_the_distribution_of_the_scenario() {
+        /// Number of trials.
         const TRIALS: u64 = 40_000;
         let tilt = Tilt::towards(form(), 0.999).expect("it responds");
         let (mut sums, mut squares) = ([0.0; 13], [0.0; 13]);
@@ -186,7 +187,7 @@ mod tests {
         }
     }
 
-    /// The share of plain robots beyond the mean of tilted ones is the one asked for: the saddlepoint is good to a few per cent.
+    /// The share of plain robots beyond the mean of tilted ones is as requested: the saddlepoint is good to a few per cent.
     #[test]
     fn tilted_robots_are_as_bad_as_the_rare_ones() {
         let form = form();
@@ -196,6 +197,7 @@ mod tests {
         let pairs: Vec<(f64, f64)> = axes.eigenvalues.iter().copied().zip(slopes.iter().copied()).collect();
         let [_, target, _] = cumulant(tilt.theta, form.constant, &pairs);
         let mut random = Streams { seed: 2, trial: 0 }.stream("plain");
+        /// Number of robots sampled as stated.
         const ROBOTS: usize = 100_000;
         let beyond = (0..ROBOTS).filter(|_| {
             let x = DVector::from_fn(12, |_, _| random.sample::<f64, _>(StandardNormal));

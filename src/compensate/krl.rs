@@ -31,7 +31,7 @@ pub enum KrlError {
     Name {
         /// As given.
         name: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: &'static str,
     },
     /// The arm does not have six joints with a spherical wrist.

@@ -22,7 +22,7 @@ pub(crate) struct Background {
     /// which are not small.
     columns: Vec<usize>,
     vectors: DMatrix<f64>,
-    /// What a size of the background takes of each principal direction.
+    /// Variance of each principal direction under each size of the background.
     weights: [DVector<f64>; SIZES.len()],
     /// Inner products with the remainder, in the principal directions.
     b: DVector<f64>,

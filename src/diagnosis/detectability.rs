@@ -212,6 +212,7 @@ mod tests {
         let model = examination.rows.rows(0, m).transpose();
         let scaled = DMatrix::from_columns(&model.column_iter().map(|c| c / c.norm()).collect::<Vec<_>>());
         let q = scaled.qr().q();
+        /// Number of simulated datasets: a power of 90 % has a standard error of 0.7 %.
         const TRIALS: usize = 2000;
         for effect in ["stiffening:3", "harmonic2:4", "harmonic1:1"] {
             let sight = detectability.sights.iter().find(|s| s.effect == effect).unwrap();

@@ -51,8 +51,8 @@ pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosi
 
 /// As [`diagnose`], for an examination.
 ///
-/// If single samples disagree with all others, the rest of the diagnosis excludes them: they are set aside as `outlier`
-/// effects, unless too few would remain or an effect explains the data better.
+/// If single samples disagree with all others, the rest of the diagnosis excludes them by `outlier` effects, unless too few
+/// would remain or an effect explains the data better.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -63,13 +63,13 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
         return Ok(diagnosis);
     }
     let aside = all_aside(&suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
-    // Samples without which the model is not determined cannot be set aside.
+    // Samples without which the model is not determined cannot be excluded.
     let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
     if explains_as_much(examination, &diagnosis, &without, &suspects) {
         return Ok(diagnosis);
     }
     let mut rest = judged(datasets, &without)?;
-    // The finding that sets the worst sample aside comes first, since it is the first step to take.
+    // The finding that excludes the worst sample comes first, since it is the first step to take.
     if let Some(worst) = diagnosis.findings.iter().find(|f| f.is_sample()) {
         rest.findings.insert(0, worst.clone());
     }
@@ -83,7 +83,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     })
 }
 
-/// True if the first effect found without regard to the suspects explains the data better than setting them aside does
+/// True if the first effect found without regard to the suspects explains the data better than excluding them does
 /// (Bayesian information criterion): the suspects are then no accidents.
 fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
     let named = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.is_sample());

@@ -61,7 +61,7 @@ pub struct Examination {
 /// a torque that is zero say, and its shape would be that of the processor's last bits.
 const NOTHING: f64 = 1e-9;
 
-/// Of a candidate of which the model absorbs all but this share, nothing but rounding is left.
+/// If the model absorbs all but this share of a candidate, its remainder is rounding.
 const ABSORBED: f64 = 1e-12;
 
 /// Sets the columns of a candidate that moves nothing to zero.

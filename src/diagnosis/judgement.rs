@@ -28,19 +28,19 @@ const CREDIBLE: f64 = 0.95;
 /// Level at which the residual contradicts the noise.
 const LACK_OF_FIT: f64 = 1e-3;
 
-/// A curve of any shape is preferred to the library if its odds against the background and against the library exceed
-/// the first number, and the most credible effect explains less than the second number as a share of what the curve
-/// explains: a slightly different shape is not a new effect.
+/// Odds against the background, and against the library, from which a curve of any shape is preferred to the library.
 const CURVE_ODDS: f64 = 20.0;
+/// Share of what the curve explains that the most credible effect must not reach for the curve to be preferred: a slightly
+/// different shape is not a new effect.
 const CURVE_IS_NEW: f64 = 0.85;
 
-/// An effect is all that is missing if no more than this remains: the whitened sum of squares per degree of freedom
-/// with the effect included or, if the noise is unknown, the size of the background in plausible sizes.
+/// An effect is all that is missing if the whitened sum of squares per degree of freedom, with the effect included, is at most
+/// this (dimensionless).
 const ORDINARY_CHI2: f64 = 1.5;
+/// The same if the noise is unknown: size of the background, in plausible sizes.
 const ORDINARY_SIZE: f64 = 0.8;
 
-/// An effect that does not stand out of the background is named if it explains this share of the remaining sum of
-/// squares.
+/// An effect that is not significant above the background is named if it explains this share of the remaining sum of squares.
 const MAIN_SHARE: f64 = 0.5;
 
 /// The background is present if the data are this many times likelier with it.
@@ -353,7 +353,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// Diagnosis of an examination, without setting any suspects aside.
+/// Diagnosis of an examination, without excluding any suspects.
 pub(crate) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     Ok(Evidence::new(datasets, examination)?.diagnosis())
 }

@@ -118,7 +118,7 @@ fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = &'
     datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)))
 }
 
-/// True if a diagnosis of these data considers an effect without being asked for it.
+/// True if a diagnosis of these data considers an effect unprompted.
 fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
     match model.family(id).map_or(Offered::Always, |f| f.offered) {
         Offered::Always | Offered::AsWholeToo => true,

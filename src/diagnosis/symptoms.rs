@@ -6,7 +6,7 @@ use crate::identify::calibration::{Calibration, Estimate};
 use crate::measure::dataset::Dataset;
 use crate::units::Unit;
 
-/// Number of one-sigmas by which a value must exceed the possible range.
+/// Number of standard deviations by which a value must exceed the possible range.
 const BEYOND: f64 = 2.0;
 
 /// A parameter value that is physically impossible.

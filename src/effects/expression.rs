@@ -29,9 +29,9 @@ const FUNCTIONS: [&str; 15] =
 pub struct ExpressionError {
     /// Position of the character, counted from 1.
     pub position: usize,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// How to correct it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -366,6 +366,7 @@ mod tests {
     use crate::robot::statics::{Loads, Payload};
     use crate::robot::{Robot, built_in};
 
+    /// Joint angles of the test, rad.
     const Q: [f64; 6] = [0.3, -1.2, 0.7, 2.0, -0.4, 1.1];
 
     fn value(text: &str) -> f64 {

@@ -51,7 +51,7 @@ pub enum Follows {
 /// The role of a family in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Part of every model: a robot's description is no better than its manufacturer, so no prior holds the sizes.
+    /// Part of every model: a robot's description is not better than its manufacturer, so no prior holds the sizes.
     Baseline,
     /// A cause present to some extent in every robot, held to plausible sizes when fitted.
     Cause,
@@ -62,7 +62,8 @@ pub enum Role {
     AnyShape,
 }
 
-/// When a diagnosis offers the members of a family; by name they can be added to any model that the data can test.
+/// Condition under which a diagnosis offers the members of a family; by name they can be added to any model that the data can
+/// test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Offered {
     /// Always.
@@ -171,11 +172,11 @@ impl Period {
 pub struct Meaning {
     /// The physics, in a clause.
     pub physics: &'static str,
-    /// What to inspect before adding it to the model; empty if it is to be corrected in the model.
+    /// The part to inspect before adding the effect to the model; empty if it is to be corrected in the model.
     pub look: &'static str,
 }
 
-/// What an effect looks like in the residuals, for somebody who reads no equations.
+/// Appearance of an effect in the residuals, for a reader without equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Signature {
     /// Three plain sentences: what strikes the eye first, the shape in the view that shows it best, and what it does not
@@ -185,7 +186,7 @@ pub struct Signature {
     pub parted_by: &'static str,
 }
 
-/// How the true shape of an effect may differ from the catalogue's equation, at full mismatch.
+/// Deviation of an effect's true shape from the catalogue's equation, at full mismatch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stray {
     /// The equation has no constant from which a robot might differ.

@@ -62,7 +62,7 @@ pub struct Family {
     pub follows: &'static [Follows],
     /// Its role in a model.
     pub role: Role,
-    /// When a diagnosis offers it.
+    /// Condition under which a diagnosis offers it.
     pub offered: Offered,
     /// The values that its parameters can have.
     pub physical: Physical,
@@ -72,9 +72,9 @@ pub struct Family {
     pub period: Period,
     /// Its meaning, and what to inspect.
     pub meaning: Meaning,
-    /// What it looks like in the residuals.
+    /// Its appearance in the residuals.
     pub signature: Signature,
-    /// How its true shape may differ from the equation.
+    /// Possible deviation of its true shape from the equation.
     pub stray: Stray,
     /// Arguments of its members (`""`, `":2"`), except the scanned one.
     pub members: fn(&Subject<'_>) -> Vec<String>,

@@ -38,9 +38,9 @@ pub struct OwnEffect {
 pub struct OwnEffectError {
     /// Key within the effect's table: `name`, `terms[2].basis`.
     pub key: String,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// How to correct it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -161,7 +161,7 @@ impl OwnTerm {
 struct Coefficients<'a> {
     effect: &'a OwnEffect,
     parameters: Vec<ParameterSpec>,
-    /// Whether each is numbered after its only term, rather than named after a group.
+    /// True for a parameter that is numbered after its only term, false for one named after a group.
     numbered: Vec<bool>,
 }
 

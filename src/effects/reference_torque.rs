@@ -14,8 +14,9 @@ use crate::robot::{FramePose, Link, Robot};
 /// needed.
 const POSTURES: usize = 512;
 
-/// Distance of the load's centre in front of the flange, and beside the last axis, m.
+/// Distance of the load's centre in front of the flange, m.
 const LOAD_BEFORE: f64 = 0.1;
+/// Distance of the load's centre from the last axis, m: joint 6 then carries a torque too.
 const LOAD_BESIDE: f64 = 0.05;
 
 /// Lower limit of the scale of any joint, N·m: a vertical axis carries no torque at all.
@@ -63,6 +64,7 @@ fn largest_torque(robot: &Robot) -> Vec<f64> {
 
 /// Evenly spread numbers in [0, 1): multiples of the square roots of primes (Weyl).
 fn additive_sequence(k: usize, dimension: usize) -> f64 {
+    /// Primes whose square roots are the steps of the sequences, one a dimension.
     const PRIMES: [f64; 12] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0];
     ((k as f64 + 0.5) * PRIMES[dimension % PRIMES.len()].sqrt()).fract()
 }

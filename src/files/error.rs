@@ -20,7 +20,7 @@ pub struct FileError {
     pub problem: String,
     /// The remedy.
     pub remedy: String,
-    /// What kind of error it is.
+    /// Kind of the error.
     pub kind: FileErrorKind,
     /// The error of the system or of a parser behind it, whose words are part of the problem's.
     pub source: Option<Box<dyn std::error::Error + Send + Sync>>,

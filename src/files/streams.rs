@@ -2,7 +2,7 @@
 //!
 //! They have names that no file has by accident, which a program puts in the place of what its user writes for them, `-` as a
 //! rule. Whatever takes the name of a file takes these, and errors name them.
-// A browser has neither of them, but their names are told apart there too.
+// A browser has neither of them, but their names are distinguished there too.
 #![cfg_attr(target_family = "wasm", allow(dead_code))]
 
 use std::fs::File;
@@ -28,11 +28,11 @@ pub fn is_standard_output(path: &Path) -> bool {
     path == Path::new(STANDARD_OUTPUT)
 }
 
-/// What standard input held. A file may be read more than once, a stream may not.
+/// Copy of standard input: a file may be read more than once, a stream may not.
 static HELD: Mutex<Option<File>> = Mutex::new(None);
 
 /// Standard input to its end, as a file read from its beginning. The files of several calls share one place of reading: each has
-/// to be read before the next is asked for.
+/// to be read before the next is requested.
 pub(super) fn standard_input() -> io::Result<File> {
     let mut held = HELD.lock().map_err(|_| io::Error::other("reading it failed before"))?;
     let mut file = match held.as_ref() {

@@ -114,7 +114,7 @@ impl Adjustment {
         self.iterations
     }
 
-    /// How the last adjustment ended.
+    /// Outcome of the last adjustment.
     pub fn outcome(&self) -> Outcome {
         self.outcome
     }

@@ -82,7 +82,7 @@ pub struct Calibration {
     pub unresolved: Vec<Vec<String>>,
     /// Measured set-ups.
     pub setups: Vec<MeasuredSetup>,
-    /// How the fit ended; `None` if a file does not state it.
+    /// Outcome of the fit; `None` if a file does not state it.
     pub outcome: Option<Outcome>,
     /// Number of samples fitted.
     pub samples: usize,
@@ -161,7 +161,7 @@ impl Calibration {
         self.rms_orientation.map(|turned| turned / self.rms * UNSTATED_SIGMA)
     }
 
-    /// How the fit ended if it did not converge: none of its results is then valid.
+    /// Outcome of the fit if it did not converge: none of its results is then valid.
     pub fn unconverged(&self) -> Option<Outcome> {
         self.outcome.filter(|outcome| *outcome != Outcome::Converged)
     }
@@ -176,7 +176,7 @@ impl Calibration {
         open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
     }
 
-    /// Converts a fit to a calibration, with uncertainties by noise and by what the model lacks, as [`identify`] states them;
+    /// Converts a fit to a calibration, with uncertainties by noise and by model discrepancy, as [`identify`] states them;
     /// by noise alone where the residuals do not tell.
     ///
     /// [`identify`]: super::identify

@@ -1,4 +1,4 @@
-//! Which unknowns the data can separate, and how well they are determined.
+//! Unknowns that the data can separate, and how well they are determined.
 //!
 //! Columns that the data cannot separate from earlier ones are found first and left at their nominal values; so are those
 //! of the arm with such low detectability that their estimates would be far beyond any plausible size.
@@ -32,10 +32,10 @@ const FAINT: f64 = 0.3;
 /// first joint's offset covers their common effect.
 const LOCKED: f64 = 5e-3;
 
-/// Weights of parameters that move the TCP alike are told apart to a millionth of the largest.
+/// Weights of parameters that move the TCP alike are distinguished to a millionth of the largest, dimensionless.
 const ALIKE: f64 = 1e6;
 
-/// Which parameters the data determine.
+/// Parameters that the data determine, and those that they do not.
 pub(super) struct Determined {
     /// Parameters to estimate, ascending.
     pub kept: Vec<usize>,
@@ -54,7 +54,7 @@ pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Prior::Uninformative));
     kept.sort_unstable();
-    // As many independent columns as rows: further unknowns were left out for lack of rows, and there is no check on the
+    // As many independent columns as rows: further unknowns were left out for lack of rows, and no row is left to check the
     // others.
     if problem.row_count() <= flat {
         return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat + unresolved.len() });

@@ -7,7 +7,7 @@ use super::problem::{Parameter, Prior};
 use crate::math::Observability;
 use crate::math::linalg::LinalgError;
 
-/// How a fit ended.
+/// Outcome of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -111,7 +111,7 @@ pub struct Fit {
     pub noise_stated: bool,
     /// Number of Gauss-Newton steps.
     pub iterations: usize,
-    /// How it ended.
+    /// Outcome of the fit.
     pub outcome: Outcome,
     /// Observability indices of the flat parameters at the solution, in SI.
     pub observability: Observability,

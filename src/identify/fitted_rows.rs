@@ -1,14 +1,14 @@
 //! The rows that a calibration was fitted to, by their digests: rows that come back under the name of another dataset are recognised.
 //!
 //! Of many rows the smallest digests are kept, which are a random sample of them (A. Z. Broder, *On the resemblance and containment of
-//! documents*, 1997): a row whose digest is no larger than the largest kept was fitted if, and only if, its digest is kept.
+//! documents*, 1997): a row whose digest is not larger than the largest kept was fitted if, and only if, its digest is kept.
 
 use std::collections::HashSet;
 
 use super::problem::Use;
 use crate::measure::dataset::{Dataset, Measured, Sample};
 
-/// Digests kept.
+/// Largest number of digests kept: a random sample of the rows.
 const KEPT: usize = 2048;
 
 /// Hexadecimal digits of a digest in a file.
@@ -23,7 +23,7 @@ const GRAIN: f64 = 1e-9;
 /// Fewest rows by which a share is estimated where not all digests are kept.
 const ENOUGH: usize = 10;
 
-/// Fewest rows that are no coincidence: an instrument of coarse steps reads the same again now and then.
+/// Fewest equal rows that are not a coincidence: an instrument of coarse steps reads the same again now and then.
 const NO_COINCIDENCE: usize = 3;
 
 /// The smallest digests of the rows that were fitted, ascending.
@@ -44,7 +44,7 @@ impl FittedRows {
     }
 
     /// Share of the rows of `which` that are the same as rows that were fitted; an estimate where more were fitted than are kept,
-    /// `None` where it cannot be told: no rows are kept, or too few to estimate it by.
+    /// `None` where it cannot be determined: no rows are kept, or too few to estimate it by.
     pub fn share(&self, datasets: &[(&str, &Dataset)], which: Use) -> Option<f64> {
         let is_whole = self.0.len() < KEPT;
         let last = if is_whole { MASK } else { self.0[KEPT - 1] };
@@ -68,7 +68,7 @@ impl FittedRows {
         self.0.iter().map(|digest| format!("{digest:0DIGITS$x}")).collect()
     }
 
-    /// From the text of a file; `None` if it is no such text.
+    /// From the text of a file; `None` if it is another text.
     pub(super) fn from_text(text: &str) -> Option<Self> {
         let is_text =
             text.len().is_multiple_of(DIGITS) && text.len() <= KEPT * DIGITS && text.bytes().all(|b| b.is_ascii_hexdigit());

@@ -1,5 +1,5 @@
-//! What robots of one type have in common: the mean of every parameter, and how much it varies from robot to robot, as the prior
-//! of the next robot of that type.
+//! Fleets: the mean of every parameter over robots of one type, and its spread from robot to robot, as the prior of the next
+//! robot of that type.
 //!
 //! Estimates `x_k` of a parameter's deviation from nominal, with standard uncertainties `s_k`, are taken as
 //! `x_k ~ N(mean, between² + s_k²)`: what the robots vary is what their estimates vary less what the estimates are uncertain (random
@@ -44,7 +44,7 @@ pub enum FleetError {
     SameRobot {
         /// The calibration.
         name: String,
-        /// The other.
+        /// Name of the calibration of the same measurements.
         other: String,
     },
     /// A calibration that repeats what a fleet said.
@@ -62,7 +62,7 @@ pub enum FleetError {
     Unconverged {
         /// The calibration.
         name: String,
-        /// How its fit ended.
+        /// Outcome of its fit.
         outcome: &'static str,
     },
     /// Nothing in common.
@@ -116,10 +116,10 @@ impl Fleet {
     }
 }
 
-/// Robots of one type that are very much alike differ by this share of the plausible sizes of the catalogue.
+/// Spread between robots of one type that are very much alike, as a share of the plausible sizes of the catalogue.
 const ALIKE: f64 = 0.1;
 
-/// Probability that two of a fleet of robots that differ so are said to be one.
+/// Probability that two robots of a fleet with this spread are reported as one robot.
 const MISTAKEN: f64 = 1e-3;
 
 /// Two calibrations that seem to be of one robot, which was measured twice.
@@ -154,7 +154,7 @@ impl SeemOne {
 }
 
 /// If two calibrations seem to be of one robot: the difference of their parameters in units of its uncertainty, rms, and that of two
-/// robots that are very much alike; `likely` is the likelihood ratio that is asked for.
+/// robots that are very much alike; `likely` is the likelihood ratio that is requested.
 fn measured_twice(one: &Calibration, other: &Calibration, likely: f64) -> Option<[f64; 2]> {
     let (mut squares, mut count, mut ln_ratio) = ([0.0; 2], 0.0, 0.0);
     for a in one.estimates.iter().filter(|e| !e.name.contains('@') && e.stated_sigma.is_none()) {

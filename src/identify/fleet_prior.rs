@@ -1,5 +1,4 @@
-//! What is known of robots of one type, and its use as the prior of a fit: every parameter of the arm as if measured, at the mean of
-//! its type.
+//! Prior of a fit from robots of one type: every parameter of the arm enters as if measured, at the mean of its type.
 
 use sha2::{Digest, Sha256};
 
@@ -28,7 +27,7 @@ pub struct FleetParameter {
     pub robots: usize,
 }
 
-/// What robots of one type have in common.
+/// Mean and spread of the parameters over robots of one type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fleet {
     /// Name of the type.
@@ -60,7 +59,7 @@ pub struct FleetPrior {
     pub fleet: Option<Fleet>,
     /// Factor by which every sigma is widened.
     pub widened: f64,
-    /// The noise by which data are weighed, in units of that stated.
+    /// The noise by which data are weighted, in units of that stated.
     pub noise: f64,
 }
 

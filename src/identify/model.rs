@@ -42,7 +42,7 @@ pub struct Model {
     pub width: BTreeMap<String, f64>,
     /// Parameters that differ between datasets: runs of one robot in which something moved.
     pub changes: Vec<RunChange>,
-    /// What robots of this type have in common, as the prior of the arm; `None` without one.
+    /// Prior of the arm from robots of this type; `None` without one.
     pub fleet: Option<Arc<FleetPrior>>,
     /// The families from which `effects` are built.
     pub registry: Registry,

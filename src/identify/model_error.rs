@@ -20,10 +20,12 @@ const ORDERS: usize = 4;
 /// Ordinary size of a joint's error, rad.
 const ORDINARY: f64 = 50.0 * URAD;
 
-/// Variance of a joint's error in squares of the ordinary size: initial value and upper limit.
+/// Initial variance of a joint's error, in squares of the ordinary size.
 const BEGIN: f64 = 1.0;
+/// Upper limit of the variance of a joint's error, in squares of the ordinary size.
 const MOST: f64 = 1e4;
 
+/// Number of iterations in which the variances are estimated.
 const ROUNDS: usize = 12;
 
 /// If the noise is stated, residuals within this many standard deviations of it indicate no model discrepancy.

@@ -26,7 +26,7 @@ pub struct OwnEffectTable {
     /// Defined, but not fitted: offered to the diagnosis.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     candidate: bool,
-    /// What moves: coefficient times basis, at each site.
+    /// Terms of the equation: coefficient times basis, at each site.
     terms: Vec<OwnTermTable>,
 }
 
@@ -35,7 +35,7 @@ pub struct OwnEffectTable {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct OwnTermTable {
-    /// What moves: `kind:index` or `kind:index:axis`.
+    /// The site that moves: `kind:index` or `kind:index:axis`.
     site: String,
     /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `payload_kg`, `time_s`, `temp_c`; its value times the coefficient
     /// is in m or rad, depending on the site.
@@ -66,9 +66,9 @@ impl OwnEffectTable {
 pub struct OwnMistake {
     /// `effect[1].unit`.
     pub key: String,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
-    /// How to correct it.
+    /// The remedy.
     pub remedy: String,
 }
 

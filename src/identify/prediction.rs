@@ -1,4 +1,4 @@
-//! What a calibration predicts of measurements, and how it was set up for them.
+//! Prediction of measurements by a calibration, and the set-up that it used for them.
 
 use nalgebra::Vector3;
 
@@ -34,12 +34,12 @@ pub struct Application {
 }
 
 impl Application {
-    /// What the calibration predicts of the samples.
+    /// Predicts the samples with the fitted parameters.
     pub(super) fn prediction(&self) -> Prediction {
         self.prediction_at(&self.values)
     }
 
-    /// What the parameters predict at these values (deviations, SI).
+    /// Predicts the samples with these parameter values (deviations, SI).
     pub(super) fn prediction_at(&self, values: &[f64]) -> Prediction {
         let Application { problem, refitted, from_fit_rows, .. } = self;
         let names = |parameters: &[usize]| parameters.iter().map(|&p| problem.parameters()[p].name.clone()).collect();

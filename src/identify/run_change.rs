@@ -1,4 +1,4 @@
-//! What differs between runs of one robot: parameters of an effect that have other values in some datasets.
+//! Differences between runs of one robot: parameters of an effect that have other values in some datasets.
 
 use crate::effects;
 use crate::effects::situation::Situation;
@@ -8,7 +8,7 @@ use crate::robot::sites::Site;
 /// Parameters of an effect that have other values in some datasets: by an unknown amount times a known weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunChange {
-    /// When, in words: `since B`, `in B`.
+    /// The runs that differ, in words: `since B`, `in B`.
     pub when: String,
     /// Id of the effect.
     pub effect: String,

@@ -1,4 +1,4 @@
-//! How orientations and positions of unstated noise are weighted against each other.
+//! Relative weights of orientations and positions of unstated noise.
 
 use super::ImportReport;
 use crate::identify::{Model, identify};
@@ -8,8 +8,9 @@ use crate::units::DEG;
 /// The model by whose residuals they are balanced: what every arm needs.
 const GEOMETRY: [&str; 2] = ["base_frame", "mdh"];
 
-/// Where the noise of the positions is not stated, states that of the orientations in the ratio in which both err beside a
-/// calibrated arm. In another ratio, the residuals of one would seem to show effects beside those of the other.
+/// If the noise of the positions is not stated, states that of the orientations in the ratio of the residuals of both after a
+/// calibration of the geometry. In another ratio, the residuals of one would seem to show effects in addition to those of the
+/// other.
 pub(super) fn balance(dataset: &mut Dataset, report: &mut ImportReport) {
     let unstated = dataset.noise.point.is_none() && dataset.samples.iter().all(|s| s.sigma.is_none());
     let (true, Some(stated)) = (unstated, dataset.noise.orientation) else { return };

@@ -66,7 +66,7 @@ pub(super) struct ColumnMap {
     pub tool_targets: Vec<(String, [MappedColumn; 3])>,
     /// The orientation, in rows of kind `pose`.
     pub rotation: Option<MappedRotation>,
-    /// What the order of the rows says.
+    /// Information in the order of the rows.
     pub rows: Option<RowOrder>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,

@@ -57,7 +57,7 @@ pub enum ImportError {
     /// A base or tool is stated, and the dataset of the set-up has another.
     #[error("{}: has another {what} than is stated for these rows; leave the {what} out, or import without --set-up-of", path.display())]
     StatedOtherwise {
-        /// Folder of the dataset whose set-up was wanted.
+        /// Folder of the dataset whose set-up was requested.
         path: PathBuf,
         /// `base` or `tool`.
         what: &'static str,
@@ -65,7 +65,7 @@ pub enum ImportError {
     /// The set-up is that of another robot.
     #[error("{}: is of the robot {other}, the rows are of {robot}; name a dataset of the same robot", path.display())]
     SetUpOfAnother {
-        /// Folder of the dataset whose set-up was wanted.
+        /// Folder of the dataset whose set-up was requested.
         path: PathBuf,
         /// Its robot.
         other: String,

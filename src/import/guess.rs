@@ -14,10 +14,10 @@ use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::MM;
 
-/// Columns that are named as not used.
+/// Number of unused columns that are named.
 const MOST_NAMED: usize = 12;
 
-/// Rows that are shown.
+/// Number of rows that are shown.
 const SHOWN: usize = 3;
 
 /// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
@@ -30,7 +30,7 @@ const FITS: f64 = 20.0 * MM;
 /// Fewest rows from which base and tool are found.
 const FEWEST: usize = 4;
 
-/// Fewest rows that tell computed positions from measured ones: half of their numbers are left beside base and tool.
+/// Fewest rows from which computed positions are distinguished from measured ones: base and tool absorb half of their numbers.
 const TELLING: usize = 6;
 
 /// A proposed map.

@@ -20,8 +20,9 @@ use crate::robot::Pose;
 use crate::robot::robot_file::robot;
 use crate::units::{MM, UM};
 
-/// Distance between the two sockets of a place, m, and its tolerance for a printed part.
+/// Distance between the two sockets of a place, m.
 const SOCKETS_APART: f64 = 50.0 * MM;
+/// One-sigma of that distance, m: the tolerance of a printed part.
 const SOCKETS_APART_SIGMA: f64 = 100.0 * UM;
 /// Depth below a folder at which files are searched for: robot / place / file.
 const DEPTH: usize = 3;

@@ -1,4 +1,4 @@
-//! What the order of the rows says if they stand as they were measured: the side from which each joint came, and the time.
+//! Information in the order of the rows if it is that of measurement: the side from which each joint came, and the time.
 
 use std::collections::BTreeMap;
 

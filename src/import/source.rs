@@ -28,7 +28,7 @@ pub(super) struct Layout<'a> {
     pub sheet: Option<&'a str>,
 }
 
-/// How the rows of files side by side belong together.
+/// Rule by which rows of several files belong together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Join {
     /// By their order.
@@ -71,7 +71,7 @@ fn sheet_text(path: &Path, layout: Layout<'_>) -> Result<Vec<u8>, FileError> {
     {
         return Err(wrong(format!("there is no sheet '{name}'"), &format!("its sheets are {}", names.join(", "))));
     }
-    // A remark is no table, unless it is asked for.
+    // A remark is not a table, unless it is requested.
     let is_table = |sheet: &&Sheet| layout.sheet.is_some() || (sheet.len() > 1 && sheet.values().any(|row| row.len() > 1));
     let sheet = sheets.iter().find(is_table).ok_or_else(|| {
         wrong("no sheet holds a table".into(), "give a workbook with a table, or name its `sheet` in the map")

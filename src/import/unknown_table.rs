@@ -6,13 +6,13 @@ use super::source::{Layout, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_text};
 use crate::robot::Robot;
 
-/// Rows that are looked at.
+/// Number of rows that are examined.
 const ROWS: usize = 2_000;
 
 /// Words for positions that were commanded.
 const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
 
-/// Triples of columns that are tried as positions.
+/// Number of triples of columns that are tried as positions.
 const MOST_TRIPLES: usize = 8;
 
 /// A column of the table.
@@ -26,11 +26,11 @@ pub(super) struct TableColumn {
     pub unit: Option<&'static str>,
     /// True if every entry is `fit` or `validation`, and both occur.
     pub is_set: bool,
-    /// Largest number; `None` if more entries than may have failed are no numbers.
+    /// Largest number; `None` if more entries than may have failed are not numbers.
     pub largest: Option<f64>,
 }
 
-/// Largest share of the entries of a column of numbers that are none, as where a measurement failed.
+/// Largest share of the entries of a column of numbers that are not numbers, as where a measurement failed.
 const FAILED: f64 = 0.1;
 
 /// A table as far as it is known.
@@ -261,7 +261,7 @@ fn numbered(stem: &str) -> Option<(String, usize)> {
     digits.parse().ok().map(|digit| (name, digit))
 }
 
-/// How likely a name is that of joint angles: measured before commanded; `None` if it is something else.
+/// Rank of a name as that of joint angles: measured before commanded; `None` if it is something else.
 fn joint_name(name: &str) -> Option<i32> {
     let plain = name.replace(['#', '_', ' ', '-', '.', '[', ']', '(', ')'], "");
     let other = ["tau", "torque", "current", "vel", "qd", "qdd", "acc", "temp", "effort", "moment"];
@@ -274,14 +274,14 @@ fn joint_name(name: &str) -> Option<i32> {
     is_joint.then_some(if commanded { 1 } else { 2 })
 }
 
-/// How likely the name of an x column is that of a measured position; negative for what is none.
+/// Rank of the name of an x column as that of a measured position; negative if it is not one.
 fn position_name(stem: &str) -> i32 {
     let has = |words: &[&str]| words.iter().any(|word| stem.contains(word));
     if has(&["std", "sigma", "err", "dif", "force", "rot", "vel", "acc", "axis", "max", "index"]) {
         return -1;
     }
     let bare = i32::from(stem == "x");
-    // Beside what is called measured, a plain `x` is where the arm was told to go.
+    // If another column is called measured, a plain `x` is the commanded position.
     let measured = i32::from(has(&["meas", "actual", "track", "laser"]));
     let position = i32::from(has(&["meas", "actual", "track", "laser", "point", "pos", "is"]));
     let target = i32::from(has(&TARGETS));

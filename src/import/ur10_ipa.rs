@@ -1,6 +1,6 @@
 //! `ur10-ipa`: a UR10 measured with a laser tracker and T-Mac (github.com/christianlandgraf/ipa-robot-accuracy).
 //!
-//! Each file is a session: robot, tracker and T-Mac were set up anew between them. Joints are the planned ones, not read back.
+//! Each file is a session: robot, tracker and T-Mac were set up again between them. Joints are the planned ones, not read back.
 //! The world is the tracker's frame; positions are used, the T-Mac's rotations are not.
 
 use std::path::{Path, PathBuf};

@@ -23,8 +23,8 @@ const RIGHT: [f64; 2] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17]
 #[cfg(target_family = "wasm")]
 const RIGHT: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
-/// Sine minus its argument, divided by its cube, and cosine minus `1 - z / 2`, divided by `z²`, as polynomials of `z = r²`,
-/// `|r| <= pi / 4`, to 2^-58 (FDLIBM's `k_sin.c` and `k_cos.c`, Sun 1993).
+/// Sine minus its argument, divided by its cube, as a polynomial of `z = r²`, `|r| <= pi / 4`, to 2^-58 (FDLIBM's `k_sin.c`,
+/// Sun 1993).
 const SINE: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
@@ -33,6 +33,7 @@ const SINE: [f64; 6] = [
     -2.505_076_025_340_686_3e-8,
     1.589_690_995_211_55e-10,
 ];
+/// Cosine minus `1 - z / 2`, divided by `z²`, as a polynomial of the same `z`, to 2^-58 (FDLIBM's `k_cos.c`, Sun 1993).
 const COSINE: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,

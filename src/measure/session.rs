@@ -114,7 +114,7 @@ impl FirstMotion {
         }
     }
 
-    /// Makes the motion and returns where the arm then stands.
+    /// Makes the motion and returns the posture in which the arm then is.
     ///
     /// # Errors
     /// If the robot does not reach the target.
@@ -172,8 +172,8 @@ pub fn start_session<M: Manipulator>(
     ensure_mastered(of, before, attendant, (robot, gauges), (stands, false))
 }
 
-/// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered anew at the plan's mastering
-/// posture, or in place with the master ball in its socket (`here`). Returns where the arm then stands.
+/// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered again at the plan's mastering
+/// posture, or in place with the master ball in its socket (`here`). Returns the posture in which the arm then is.
 ///
 /// # Errors
 /// If an indicator fails, or if the gauge must be mastered and may touch a ball.

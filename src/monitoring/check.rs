@@ -48,19 +48,20 @@ use crate::units::{DEG, MM};
 /// Probability that a check ever reports a change where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 
-/// Share of the checks before which something has changed, for the probabilities.
+/// Prior probability that something has changed before a check.
 const CHANGED_BEFOREHAND: f64 = 0.1;
 
-/// Logarithm of the largest ratio that is stated.
+/// Largest logarithm of a ratio of probabilities that is stated, dimensionless.
 const LARGEST: f64 = 600.0;
 
-/// A campaign of which the calibration leaves this many times its own residual is not of the robot that was calibrated.
+/// Ratio of a campaign's residual under the calibration to the residual of its own, from which it is not of the robot that was
+/// calibrated.
 const FOREIGN: f64 = 3.0;
 
 /// Fewest poses that can tell that nothing has changed: one or two do not show every change.
 const FEWEST_POSES: usize = 3;
 
-/// Noise that is stated as so many times that of the campaign, or its inverse, is remarked on.
+/// Ratio of the stated noise to that of the campaign, or its inverse, from which the difference is remarked on.
 pub const NOISE_ALIKE: f64 = 3.0;
 
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
@@ -88,7 +89,7 @@ pub enum CheckError {
     /// The samples are described under other loads, which bend the arm otherwise.
     #[error("{field} is {now} here, and {then} in the campaign")]
     OtherLoads {
-        /// What differs, as it is called in the dataset.
+        /// Name in the dataset of the quantity that differs.
         field: &'static str,
         /// As stated for the samples.
         now: String,
@@ -118,7 +119,7 @@ pub enum CheckError {
     Foreign {
         /// Residual of the campaign that was calibrated, 3-D rms, m.
         calibrated: f64,
-        /// What the calibration leaves of this one, 3-D rms, m.
+        /// Residual of this campaign under the calibration, 3-D rms, m.
         left: f64,
     },
     /// Rows of the campaign were not measured again.
@@ -161,7 +162,7 @@ pub struct Looked {
 pub struct Closest {
     /// The change.
     pub condition: Condition,
-    /// What it leaves of the differences, rms per axis, m.
+    /// Residual of the differences after this condition, rms per axis, m.
     pub left: f64,
     /// The noise of a comparison, rms per axis, m.
     pub noise: f64,
@@ -187,7 +188,7 @@ pub struct RobotCheck {
     /// If something has changed: the single change that comes closest, and what it leaves. It is the one named, unless that is
     /// something else, or several things.
     pub closest: Option<Closest>,
-    /// Where the noise of a comparison is from.
+    /// Source of the noise of a comparison.
     pub noise: NoiseOf,
     /// Noise of one measurement, as stated for the samples, in units of that of the campaign.
     pub noise_ratio: f64,
@@ -234,7 +235,7 @@ impl RobotCheck {
     }
 }
 
-/// What checks are compared with: a calibration, and what was measured under it.
+/// Reference of a check: a calibration, and the campaign from which it was identified.
 pub struct CheckReference<'a> {
     calibration: &'a Calibration,
     then: (&'a str, &'a Dataset),
@@ -245,7 +246,7 @@ impl<'a> CheckReference<'a> {
     /// From the campaign that was calibrated, or an earlier check: its repeats, if it has enough, tell the noise.
     ///
     /// # Errors
-    /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
+    /// When the noise is neither stated nor estimated from repeats, or the data do not belong to the calibration.
     pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
         let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
         if !reference.is_as_calibrated() {
@@ -363,7 +364,7 @@ fn rms_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|x| x * x).sum::<f64>() / count).sqrt()
 }
 
-/// What is judged, and by what.
+/// Inputs of a judgement.
 struct Judging {
     scene: Scene,
     columns: Vec<(Condition, DMatrix<f64>)>,

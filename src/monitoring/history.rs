@@ -147,7 +147,7 @@ impl History {
         }
     }
 
-    /// What is wrong with a check, by its index: the key, the problem, the remedy.
+    /// The error in a check, by its index: the key, the problem, the remedy.
     fn wrong_entry(&self, k: usize) -> Option<(String, String, &'static str)> {
         let entry = &self.check[k];
         let wrong = |key: &str, problem: String, remedy| Some((format!("check[{k}].{key}"), problem, remedy));

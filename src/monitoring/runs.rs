@@ -48,7 +48,7 @@ pub const RUNS_FALSE_ALARM: f64 = 0.01;
 /// Largest number of differences that are named: a robot in which more has changed is another robot.
 const MOST_CHANGES: usize = 4;
 
-/// Days of a month.
+/// Mean length of a month, days.
 pub(crate) const DAYS_A_MONTH: f64 = 30.44;
 
 /// Reasons why runs cannot be compared.
@@ -82,7 +82,7 @@ pub enum RunsError {
         /// Number of rows.
         rows: usize,
     },
-    /// What may differ between the runs takes nearly all that was measured.
+    /// The differences that are allowed between the runs use up nearly all degrees of freedom.
     #[error("the rows of set `fit` leave {spare:.0} numbers to spare beyond what may differ; give runs with more rows")]
     TooFewRows {
         /// Degrees of freedom that are left.
@@ -112,13 +112,13 @@ const FEWEST_ROWS: usize = 4;
 pub struct Run<'a> {
     /// Name.
     pub name: &'a str,
-    /// What was measured.
+    /// Measurements of the run.
     pub dataset: &'a Dataset,
-    /// When, in days since any date.
+    /// Date, in days since any fixed date.
     pub day: Option<f64>,
 }
 
-/// What is asked of the runs.
+/// Input of a comparison of runs.
 #[derive(Debug, Clone, Copy)]
 pub struct RunsQuestion<'a> {
     /// The runs, in the order of time.
@@ -151,7 +151,7 @@ pub struct Difference {
     pub effect: String,
     /// Its parameters that differ, with the change and its standard uncertainty.
     pub parameters: Vec<Estimate>,
-    /// How they differ.
+    /// Pattern of the difference over the runs.
     pub pattern: Pattern,
     /// The run of which tool, base or ball are not as stated; `None` if it is the arm.
     pub set_up_of: Option<usize>,
@@ -312,7 +312,7 @@ impl RunsComparison {
     }
 }
 
-/// Sets aside in every run the samples that disagree with all others of it, and returns them with the names of their runs.
+/// Excludes in every run the samples that disagree with all others of it, and returns them with the names of their runs.
 ///
 /// A single gross error makes its run so noisy that no change is seen in it, or is taken for one. A run that cannot be fitted alone
 /// keeps its samples.
@@ -347,7 +347,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
     kept
 }
 
-/// Difference of temperatures from which it is told of, K: a metre of arm grows by some ten micrometres.
+/// Temperature difference that is reported, K: a metre of arm grows by some ten micrometres per kelvin.
 const WARMER: f64 = 1.0;
 
 /// By how much the mean temperatures of the runs differ, K, if that is much, and no effect of the model depends on them.

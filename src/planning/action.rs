@@ -16,26 +16,25 @@ use crate::robot::rel_tool::RelTool;
 use crate::robot::statics::Payload;
 use crate::units::{MM, UM};
 
-/// Numbers of candidate poses, for all balls together, and of candidate points.
+/// Number of candidate poses, for all balls together.
 const BALL_POSES: usize = 480;
+/// Number of candidate points.
 const POINTS: usize = 500;
-
-/// Assumed durations, s. They depend on the cell; only their order of magnitude matters. In this order: a centring with
-/// its approach; a tracker point; a change of payload; the tracker brought, warmed up and registered, with the artifact
-/// removed; the artifact moved and clamped; and the time after the end of the session at which a repeated sample
-/// distinguishes a drift from a step.
+/// Assumed duration of a centring with its approach, s; of this and the following, only the order of magnitude matters.
 const CENTRING: f64 = 60.0;
+/// Assumed duration of a tracker point, s.
 const POINT: f64 = 20.0;
+/// Assumed duration of a change of payload, s.
 const OTHER_PAYLOAD: f64 = 10.0 * 60.0;
+/// Assumed time to bring, warm up and register the tracker, with the artifact removed, s.
 const TRACKER: f64 = 60.0 * 60.0;
+/// Assumed time to move and clamp the artifact, s.
 const ARTIFACT: f64 = 30.0 * 60.0;
+/// Assumed time after the end of the session at which a repeated sample distinguishes a drift from a step, s.
 const LATER: f64 = 60.0 * 60.0;
-
 /// One-sigma per axis of a tracker point if the data do not state it, m: a laser tracker at a distance of some metres.
 const TRACKER_SIGMA: f64 = 18.0 * UM;
-
-/// Displacements of the artifact from its present position, m: nearer or farther, and up, so that every joint takes
-/// other angles.
+/// Displacements of the artifact, m: nearer or farther, and up, so that every joint takes other angles.
 const SHIFTS: [[f64; 3]; 3] = [[-0.12, 0.0, 0.15], [0.10, 0.0, 0.20], [0.05, 0.20, 0.10]];
 
 /// Kind of measurement.
@@ -142,7 +141,6 @@ impl Action {
 }
 
 /// Returns all actions that are possible for an examined robot in the first set-up of its data, and those that are not.
-///
 /// `needs_sides` is true if the direction from which joints arrive is in question.
 pub fn actions(
     dataset: &Dataset,

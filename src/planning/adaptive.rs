@@ -3,10 +3,11 @@
 //! reduce it most.
 //!
 //! The prediction is that of every other verb ([`WorkspaceError`]): noise, and what the model may lack, drawn from what the
-//! samples say of both. Its 90 % quantile is compared with what is wanted.
+//! samples say of both. Its 90 % quantile is compared with the requested one.
 //!
-//! From few samples, what the model lacks is hardly told from what it has, and the prediction may double or halve from one look
-//! to the next. A campaign that ended at the first good one would end at a lucky one: the last [`LOOKS`] must all be good.
+//! From few samples, effects that the model lacks are hardly distinguished from those that it has, and the prediction may
+//! double or halve from one look to the next. A campaign that ended at the first good one would end at a lucky one: the last
+//! [`LOOKS`] must all be good.
 
 use super::designer::{Criterion, Designer};
 use super::pool::Pool;
@@ -26,10 +27,10 @@ const BATCH: usize = 4;
 /// Samples before the first prediction, beyond those that the unknowns need at least.
 const SPARE: usize = 5;
 
-/// Number of successive predictions that must be as good as wanted.
+/// Number of successive predictions that must be as good as requested.
 pub const LOOKS: usize = 4;
 
-/// What a campaign has reached.
+/// Precision that a campaign has reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reached {
     /// Number of samples.
@@ -43,7 +44,7 @@ pub struct Reached {
 pub struct Adaptive {
     cell: Dataset,
     model: Model,
-    /// Mean error over the workspace that is wanted, m.
+    /// Mean error over the workspace that is requested, m.
     wanted: f64,
     /// Joints over the workspace, rad (N).
     poses: Vec<Vec<f64>>,
@@ -68,7 +69,7 @@ impl Adaptive {
         &self.reached
     }
 
-    /// True if the error is as small as wanted, by all of the last [`LOOKS`] predictions.
+    /// True if the error is as small as requested, by all of the last [`LOOKS`] predictions.
     pub fn is_enough(&self) -> bool {
         let last = self.reached.len().checked_sub(LOOKS).map(|first| &self.reached[first..]);
         last.is_some_and(|last| last.iter().all(|reached| reached.mean.high <= self.wanted))
@@ -134,7 +135,7 @@ impl Adaptive {
         let of = |samples: &[Sample]| Dataset { samples: samples.to_vec(), ..self.cell.clone() };
         let so_far = of(measured);
         let datasets = [("campaign", &so_far)];
-        // Too few samples, or such that do not determine the model, are no reason to stop.
+        // Too few samples, or such that do not determine the model, are not a reason to stop.
         let Ok(examination) = Examination::new(&datasets, &self.model) else { return Ok(()) };
         if examination.fit.outcome != Outcome::Converged {
             return Ok(());

@@ -81,6 +81,7 @@ mod tests {
     #[test]
     fn lengths_agree_with_their_integral() {
         for lambda in [[1.0, 0.3, 0.02], [1.0, 1e-6, 1e-9], [1.0, 0.9, 0.8]] {
+            /// Step of the integral, in the logarithm of its variable.
             const STEP: f64 = 0.25;
             let at = |k: i32| {
                 let u = STEP * f64::from(k);

@@ -27,7 +27,7 @@ pub(crate) struct Level {
     pub spread: f64,
 }
 
-/// Share of the samples that may be bad.
+/// Share of the samples that may be outliers.
 const FEW: f64 = 0.05;
 
 /// Mean length of a vector of three standard normal components.

@@ -11,7 +11,7 @@ use crate::robot::{JointKind, Robot};
 pub struct OutsideRange {
     /// The joint, counted from 1.
     pub joint: usize,
-    /// What the joint does.
+    /// Kind of the joint.
     pub kind: JointKind,
     /// Smallest and largest position in the identification, rad, or m of a prismatic joint.
     pub identified: [f64; 2],

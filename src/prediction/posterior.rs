@@ -1,8 +1,8 @@
 //! Deviations of the robot from the fitted model: draws of everything that is compatible with the data.
 //!
 //! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two
-//! variables are drawn together with the noise. White scatter beyond the instrument noise is attributed to the robot
-//! and drawn independently at every pose.
+//! variables are sampled together with the noise. White scatter beyond the instrument noise is attributed to the robot
+//! and sampled independently at every pose.
 
 mod chance;
 mod joint_errors;
@@ -42,6 +42,7 @@ const ANYWHERE: f64 = 1e3;
 /// Degrees of freedom that a stated noise is worth: an error of a third is not unusual.
 const STATED_NOISE: f64 = 10.0;
 
+/// Fixed seed: the same data give the same draws.
 const SEED: u64 = 0x0ca1_1be1;
 
 /// Draws of the robot's deviations.

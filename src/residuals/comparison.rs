@@ -58,7 +58,7 @@ pub struct Comparison {
     pub world: WorldView,
     /// Each set-up (base and tool) separately.
     pub setups: Vec<SetupView>,
-    /// Apparent angle errors of the joints; the curves that stand out come first.
+    /// Apparent angle errors of the joints; the curves that are significant come first.
     pub joints: Vec<JointCurve>,
     /// Mean apparent angle errors of the joints.
     pub offsets: Vec<JointOffset>,
@@ -66,7 +66,7 @@ pub struct Comparison {
     pub worst: Vec<WorstSample>,
     /// Every sample, in order.
     pub residuals: Vec<SampleResidual>,
-    /// Views that stand out, strongest first, each tested beyond those before it.
+    /// Views that are significant, strongest first, each tested beyond those before it.
     pub findings: Vec<Standout>,
     /// Share of the residual sum of squares that remains after the findings.
     pub left: f64,
@@ -158,6 +158,7 @@ impl Comparison {
 /// Number of times that a posture's error is counted: scalar measurements over three per posture, at least 1. Samples
 /// share a posture if they have the same `repeat` name, or the same angles to a tenth of a milliradian.
 fn repetition(seen: &[SeenSample<'_>]) -> f64 {
+    /// Grid to which joint angles are rounded when postures are compared, rad.
     const SAME_ANGLE: f64 = 1e-4;
     let posture = |s: &SeenSample<'_>| s.sample.q.iter().map(|q| (q / SAME_ANGLE).round() as i64).collect::<Vec<i64>>();
     let replicates = |s: &SeenSample<'_>| s.sample.repeat.as_deref().map(|name| (s.setup, name.to_owned()));

@@ -46,7 +46,7 @@ impl Look {
         }
     }
 
-    /// What is out of the question once the picture shows nothing.
+    /// Causes that are ruled out if the picture shows nothing.
     pub fn rules_out(self) -> &'static str {
         match self {
             Look::Samples => "a wrong ball, a bad contact, a mistyped row",

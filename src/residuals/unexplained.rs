@@ -1,4 +1,4 @@
-//! What noise explains of the residual of a fit, and what it does not.
+//! Part of a fit's residual that noise explains, and the part that it does not.
 
 /// The part of a noise that a fit leaves in its residual, m: `noise` is its 3-D rms in m, `dof` the degrees of freedom, `rows` the
 /// number of scalar residuals. The parameters absorb the rest.

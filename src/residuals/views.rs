@@ -31,7 +31,7 @@ pub struct ViewTest {
     /// Number of its directions that the fit has not absorbed.
     pub dof: usize,
     /// Probability that a correct model shows as much here, the larger of two: compared with the noise (if known), and
-    /// with the remaining residuals, so that not every view stands out if the model is wrong elsewhere. Multiplied by
+    /// with the remaining residuals, so that not every view is significant if the model is wrong elsewhere. Multiplied by
     /// the number of views of its kind (Bonferroni), at most 1.
     pub p_family: f64,
     /// Share of the residual sum of squares that it explains alone, less the share expected by chance.

@@ -50,12 +50,12 @@ impl Robot {
         self.joints() == other.joints() && self.links.iter().zip(&other.links).all(|(a, b)| same(a, b))
     }
 
-    /// What joint `i` (counted from 0) does.
+    /// Kind of joint `i` (counted from 0).
     pub fn kind(&self, i: usize) -> JointKind {
         self.links.get(i).map_or(JointKind::Revolute, |link| link.mdh.kind)
     }
 
-    /// What the joints do.
+    /// Kinds of the joints.
     pub fn kinds(&self) -> impl ExactSizeIterator<Item = JointKind> + Clone + '_ {
         self.links.iter().map(|link| link.mdh.kind)
     }

@@ -36,8 +36,9 @@ mod tests {
     use crate::robot::{FramePose, Pose};
     use crate::units::{DEG, MM};
 
-    /// Poses are stated to 0.1 um and 0.0001 deg.
+    /// Half the last digit of a stated position, and some rounding, m: poses are stated to 0.1 um.
     const POSITION: f64 = 0.6e-4 * MM;
+    /// Half the last digit of a stated angle, and some rounding, rad: poses are stated to 0.0001 deg.
     const ANGLE: f64 = 0.6e-4 * DEG;
 
     #[test]

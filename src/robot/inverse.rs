@@ -62,7 +62,7 @@ impl Kinematics for Chain<'_> {
     }
 }
 
-/// How the search ended.
+/// Outcome of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -81,7 +81,7 @@ pub enum Outcome {
 pub struct Solution {
     /// Joint angles, inside the limits, rad (N).
     pub q: Vec<f64>,
-    /// How it ended.
+    /// Outcome of the search.
     pub outcome: Outcome,
     /// Number of steps.
     pub steps: usize,

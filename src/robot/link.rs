@@ -11,7 +11,7 @@ pub type Pose = IsometryMatrix3<f64>;
 /// direction. Their rows have a beta.
 pub const NEARLY_PARALLEL: f64 = 1.0 * DEG;
 
-/// What a joint does along or about its z axis.
+/// Motion of a joint along or about its z axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum JointKind {
     /// It turns about it; its variable is an angle, rad.
@@ -43,7 +43,7 @@ impl JointKind {
 /// `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d + q)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MdhLink {
-    /// What the joint does with its z axis.
+    /// Motion of the joint along or about its z axis.
     pub kind: JointKind,
     /// Twist about the previous x axis, rad. Written alpha_{i-1}.
     pub alpha: f64,

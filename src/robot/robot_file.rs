@@ -33,7 +33,7 @@ struct Document {
     /// Short name of the robot.
     #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     name: String,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     #[serde(default)]
     source: String,
     /// Turns of the motor per turn of the joint, one for every joint.

@@ -130,7 +130,8 @@ pub struct SiteIndex {
     joints: usize,
 }
 
-const PER_LINK: usize = 11; // five MDH entries, six flex axes
+/// Number of sites of a link: five MDH entries, six flex axes.
+const PER_LINK: usize = 11;
 
 impl SiteIndex {
     /// Creates the index for an arm with `joints` joints.

@@ -49,7 +49,7 @@ pub struct UrdfRobot {
 /// either way, a prismatic one ten metres.
 ///
 /// # Errors
-/// With the line, if the file is no URDF, or has no such chain.
+/// With the line, if the file is not a URDF, or has no such chain.
 pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileError> {
     let text = read_text(path)?;
     let document = UrdfDocument::read(path, &text)?;

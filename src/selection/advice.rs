@@ -1,4 +1,4 @@
-//! What to do next about a model: one judgement, for whoever gives advice.
+//! Recommended next step for a model: one judgement, used wherever advice is given.
 
 use super::hold_out::HoldOut;
 use super::ladder::{Climb, best_step};
@@ -8,7 +8,7 @@ use crate::diagnosis::Verdict;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
 
-/// What to do next.
+/// Recommended next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToDo {
     /// Nothing: the residual is noise.
@@ -40,10 +40,10 @@ impl ToDo {
 /// The advice on a model: the step that a ladder takes from it, unless that has to wait.
 #[derive(Debug, Clone)]
 pub struct Advice {
-    /// What to do.
+    /// Recommended next step.
     pub to_do: ToDo,
     /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
-    /// the curve of the joint that stands out, if that predicts better. `None` if nothing does.
+    /// the curve of the joint that is significant, if that predicts better. `None` if nothing does.
     pub step: Option<Box<LadderStep>>,
     /// Effects that the ladder tried before, and the objections to each.
     pub refused: Vec<(String, Vec<Objection>)>,
@@ -76,7 +76,7 @@ impl Advice {
             Ok(step) => Some(step),
             Err(_) => curve(datasets, below, ground)?,
         };
-        // A sample that disagrees with all others is set aside in any case.
+        // A sample that disagrees with all others is excluded in any case.
         let sets_aside = step.as_ref().is_some_and(|step| step.added == diagnosis.without_suspects());
         let to_do = match (&step, verdict) {
             (_, Verdict::Indistinguishable) if !sets_aside => ToDo::Distinguish,

@@ -55,7 +55,7 @@ impl FitScores {
         FitScores {
             model: model.clone(),
             fit: examination.fit.rms,
-            // A sample that is set aside no longer counts.
+            // A sample that is excluded no longer counts.
             cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
             posture: postures(&examination.circumstances).of_samples().to_vec(),
             sessions: sessions(datasets, model, examination, &blocks),
@@ -100,7 +100,7 @@ fn sessions(
     sessions
 }
 
-/// True if a model sets a sample aside.
+/// True if a model excludes a sample.
 fn is_aside(model: &Model, sample: &str) -> bool {
     model.effects.contains(&effects::catalogue::setting_aside(sample))
 }

@@ -13,7 +13,7 @@ use crate::residuals::Validation;
 pub struct HoldOut<'a> {
     /// Poses at which the error is predicted: joint angles, rad (N).
     pub poses: &'a [Vec<f64>],
-    /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is fitted anew
+    /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is re-fitted
     /// for each. They are judged on their rows of set `validation`, or on all rows if there are none.
     pub checks: &'a [(&'a str, &'a Dataset)],
 }

@@ -232,7 +232,7 @@ fn choose(
     if let Some((place, ladder_step, _)) = best {
         return Ok((place, ladder_step));
     }
-    // Samples that disagree with all others are set aside whichever model is chosen.
+    // Samples that disagree with all others are excluded whichever model is chosen.
     let begin = &recommendation.choices[0];
     let without = if step_of(steps, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
     Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
@@ -260,7 +260,7 @@ pub fn best_step(
     let mut tried = Vec::new();
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
-        // A bad sample may seem useful as long as another one remains, so all suspects are set aside together.
+        // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
         let together = suspects.join(" and ");
         observer(Climb::Trying(&together));
         let objections = match add(datasets, below, &suspects, ground) {
@@ -279,7 +279,7 @@ pub fn best_step(
     }
     let mut effects = candidates(&below.diagnosis);
     if below.diagnosis.shape().is_some() {
-        // Samples in which a shape shows most are no bad samples: the shape is what is missing.
+        // Samples in which a shape shows most are not bad samples: the shape is what is missing.
         effects.retain(|id| effects::catalogue::set_aside_by(id).is_none() || suspects.contains(id));
     }
     if below.would_miss(suspects.len()) {

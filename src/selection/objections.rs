@@ -12,11 +12,11 @@ use crate::prediction::WorkspaceError;
 /// Smallest share by which the cross-validated rms or the predicted error must decrease to count as an improvement.
 const A_FALL: f64 = 0.005;
 
-/// Share by which the error of the other samples must decrease to justify setting samples aside.
+/// Share by which the error of the other samples must decrease to justify the exclusion of samples.
 const WORTH_A_SAMPLE: f64 = 0.05;
 
-/// If at least one sample in this many postures is set aside, the gain of the others must be significant: with few
-/// postures, every one is missed.
+/// If at least one sample in this many postures is excluded, the gain of the others must be significant: of few postures, none
+/// can be spared.
 const MISSED: usize = 40;
 
 /// Share by which the error of a campaign must increase to count as worse.
@@ -137,18 +137,18 @@ impl<'a> Scored<'a> {
 }
 
 impl<'a> Compared<'a> {
-    /// Samples that this step sets aside.
+    /// Samples that this step excludes.
     fn added_aside(&self) -> Vec<&'a str> {
         self.added.iter().filter_map(|effect| effects::catalogue::set_aside_by(effect)).collect()
     }
 
-    /// Cross-validated rms error of the samples that are not set aside, before and after the step, m.
+    /// Cross-validated rms error of the samples that are not excluded, before and after the step, m.
     fn of_the_others(&self) -> [f64; 2] {
         let aside = self.added_aside();
         [self.before, self.after].map(|r| rms(r.blocks_without(&aside).map(|(_, squares)| squares)))
     }
 
-    /// Objection to setting suspects aside for good. If an arm has large errors everywhere, distant rows are no
+    /// Objection to excluding suspects for good. If an arm has large errors everywhere, distant rows are no
     /// accident, and removing them does not improve the prediction of the others; with few postures, the improvement
     /// must be significant.
     pub fn objection_of_the_others(&self) -> Option<Objection> {
@@ -168,15 +168,15 @@ impl<'a> Compared<'a> {
     pub fn objections(&self) -> Vec<Objection> {
         let mut all = Vec::new();
         let (below, above) = (&self.before, &self.after);
-        // A sample that is set aside need not be predicted; the others must not be predicted worse because of it.
+        // A sample that is excluded need not be predicted; the others must not be predicted worse because of it.
         let aside = self.added_aside();
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
-        // With a second bad sample present, setting the first aside may not seem to help; the diagnosis has judged them
+        // With a second bad sample present, excluding the first may not seem to help; the diagnosis has judged them
         // together.
         let advised =
             sets_aside && aside.iter().all(|sample| self.before.diagnosis.is_some_and(|d| d.advises_to_set_aside(sample)));
         let squares = self.of_the_others();
-        // A sample is set aside only for a clear improvement; otherwise it is a measurement like any other.
+        // A sample is excluded only for a clear improvement; otherwise it is a measurement like any other.
         let enough = 1.0 - if sets_aside { WORTH_A_SAMPLE } else { A_FALL };
         all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
         if self.gains.is_empty() && !advised && squares[1] > squares[0] * enough {

@@ -1,4 +1,4 @@
-//! What holds of the source as text. Nothing of it needs the program, or any other package: it is checked first.
+//! Properties of the source as text. They need neither the program nor any other package, so they are checked first.
 #![cfg(test)]
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 

@@ -54,7 +54,7 @@ fn without_code(line: &str) -> String {
     line.split('`').step_by(2).collect::<Vec<_>>().join("")
 }
 
-/// What a line links to.
+/// Targets of the links on a line.
 fn links(line: &str) -> Vec<String> {
     let line = without_code(line);
     line.split("](").skip(1).filter_map(|rest| rest.split([')', ' ']).next()).map(str::to_owned).collect()

@@ -47,7 +47,7 @@ fn module_of(file: &Path, folder: &Path) -> Module {
     names
 }
 
-/// What a file names of others.
+/// Names that a file uses from others.
 #[derive(Default)]
 struct Named {
     /// Imported paths, each with the name it gets here, and whether it is handed on.
@@ -102,7 +102,7 @@ impl<'ast> Visit<'ast> for Named {
         self.imports.extend(found.into_iter().map(|path| (path, handed_on)));
     }
 
-    // Where something is visible is no use of it.
+    // Where something is visible is not a use of it.
     fn visit_vis_restricted(&mut self, _: &'ast VisRestricted) {}
 
     fn visit_path(&mut self, path: &'ast syn::Path) {

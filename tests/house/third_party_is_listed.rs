@@ -48,7 +48,7 @@ fn locked(lock: &[Value], package: &str, dependency: &str) -> String {
     entry.get(1).map_or_else(|| text(entries(dependency)[0], "version").into(), |version| (*version).into())
 }
 
-/// What the page must say, by name.
+/// Rows that the page must have, by name.
 fn expected() -> BTreeMap<String, Row> {
     let lock = read(&root().join("Cargo.lock"));
     let packages = lock["package"].as_array().unwrap();
@@ -68,7 +68,7 @@ fn expected() -> BTreeMap<String, Row> {
     rows
 }
 
-/// What a package states of itself, where cargo keeps its source here.
+/// Value of a key in a package's own manifest, where cargo keeps its source here.
 fn stated(name: &str, version: &str, key: &str) -> Option<String> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))?;
@@ -109,7 +109,7 @@ fn numbers(version: &str) -> [u32; 3] {
     [(); 3].map(|()| parts.next().unwrap_or(0))
 }
 
-/// What our own code uses of the standard library is held to the stated version by a lint of clippy.
+/// A lint of clippy holds our own use of the standard library to the stated version.
 #[test]
 fn no_dependency_needs_a_newer_rust_than_this_workspace_states() {
     let manifest = read(&root().join("Cargo.toml"));

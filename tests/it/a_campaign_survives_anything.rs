@@ -209,7 +209,7 @@ fn a_flipped_byte_is_never_believed() {
         flipped[at] ^= 1 << (at % 8);
         fs::write(&path, &flipped).expect("written");
         match simulate(&data, &poses, true) {
-            // Damage at the end cannot be told from a line that was cut: it is done again.
+            // Damage at the end cannot be distinguished from a line that was cut: it is done again.
             Ok(()) => {
                 assert!(at + 1 >= last_line, "byte {at} was flipped and not missed");
                 assert!(files(&data) == whole);

@@ -1,4 +1,4 @@
-//! What is written is what is read back, and a folder is never left half written.
+//! A dataset is read back as it was written, and a folder is never left half written.
 
 use std::sync::Arc;
 

@@ -24,10 +24,10 @@ const SAMPLES: usize = 60;
 /// One-sigma of a coordinate, m.
 const NOISE: f64 = 20.0 * UM;
 
-/// What is tried beside the paper's model, alone and in pairs.
+/// Effects that are added to the paper's model, alone and in pairs.
 const EXTRAS: [&str; 6] = ["payload_mass", "payload_com", "link_mass", "gravity_direction", "stiffening", "harmonic1:2"];
 
-/// What the truth holds beside the paper's model.
+/// Effects of the truth in addition to the paper's model.
 const TRUTH: [&str; 9] = [
     "base_frame",
     "mdh",
@@ -197,7 +197,7 @@ fn rms(c: &Calibration, data: &Dataset) -> f64 {
     (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt()
 }
 
-/// What is wrong with one model of a case.
+/// Faults of one model of a case.
 fn judge(data: &Dataset, extras: &[&str], smaller: &[(&Problem, &Fit)], file: &Path) -> (Problem, Fit, Vec<String>) {
     let named = [("d", data)];
     let model = paper_and(extras);

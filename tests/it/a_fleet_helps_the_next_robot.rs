@@ -1,4 +1,4 @@
-//! What robots of one type have in common helps the next one, and does no harm to a robot of another kind.
+//! The prior of a fleet improves the calibration of the next robot, and does no harm to a robot of another kind.
 //!
 //! A type is simulated by the deviations that all its robots share, and by how much each of them differs from that.
 

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 const HOME: [f64; 6] = [0.0, -90.0 * DEG, 90.0 * DEG, 0.0, 0.0, 0.0];
 
-/// What happens to the connection when the driver asks for something.
+/// Fault of the connection when the driver sends a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Accident {
     None,
@@ -38,7 +38,7 @@ enum Accident {
     Dies,
 }
 
-/// What the controller does of its own.
+/// Behaviour of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Temper {
     Obedient,

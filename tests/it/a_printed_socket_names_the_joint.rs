@@ -80,7 +80,7 @@ fn named(comparison: &Comparison, truth: f64) -> Option<(usize, f64)> {
     }
 }
 
-/// Joint 7 turns about the ball, so no seating tells its angle, and joint 1 turns the world if the sockets are set up anew.
+/// Joint 7 turns about the ball, so no seating tells its angle, and joint 1 turns the world if the sockets are set up again.
 const VISIBLE: [usize; 5] = [2, 3, 4, 5, 6];
 
 fn a_tenth_of_a_degree_is_named(set_up: &str, anew: bool) {

@@ -1,5 +1,5 @@
 //! Of a robot program only the numbers of its positions change; read back, they lead the controller to joints at which the
-//! identified robot is where the program wanted it; and what cannot be rewritten is told by its line.
+//! identified robot is where the program requires it; and what cannot be rewritten is told by its line.
 
 use std::f64::consts::PI;
 
@@ -192,7 +192,7 @@ fn angles(pose: &Pose) -> ([f64; 3], [f64; 3]) {
     (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG))
 }
 
-/// What every dialect promises: `desired` are the positions of the program as it was, `back` the joints to which the new
+/// The promise of every dialect: `desired` are the positions of the original program, `back` the joints to which the new
 /// numbers lead.
 fn holds(bench: &Bench, new: &RewrittenProgram, desired: &[Pose], back: impl Fn(usize, &Fake) -> Vec<f64>) {
     let told: Vec<String> = new.remarks.iter().map(|r| format!("{}: {} {}", r.line, r.what, r.reason)).collect();

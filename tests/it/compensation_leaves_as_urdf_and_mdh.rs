@@ -68,7 +68,7 @@ fn both_files_carry_the_identified_links_exactly() {
     }
 }
 
-/// Where everything identified is rigid, nothing is left out: then the files are the whole calibration.
+/// If every identified effect is rigid, nothing is left out: then the files are the whole calibration.
 #[test]
 fn what_is_left_out_is_stated_with_its_size() {
     let robot = || calibench::robot::built_in("kr6_r700").unwrap();

@@ -19,7 +19,7 @@ fn fake(calibration: &Calibration, q: &[f64], frame: WorkFrame) -> Fake {
     compensator.compensate(&target("t", Desired::Joints(q.to_vec()))).outcome.unwrap()
 }
 
-/// Where the TCP of a calibrated arm stands, world, m.
+/// TCP of a calibrated arm, world, m.
 fn tcp(calibration: &Calibration, q: &[f64]) -> Vector3<f64> {
     let setup = &calibration.setups[0];
     let sample = Sample {

@@ -46,11 +46,11 @@ plausible = 20
 terms = [{ site = "theta:5", basis = "tau5*(temp_c - 20)", group = "sag" }]
 "#;
 
-/// What the robot truly does: 0.004 and -0.007 deg of ripple, 30 urad/(N·m) for every kelvin.
+/// Effects of the true robot: 0.004 and -0.007 deg of ripple, 30 urad/(N·m) for every kelvin.
 const TRUE_COEFFICIENTS: [(&str, f64); 4] =
     [("ripple3.1", 0.004), ("ripple3.2", -0.007), ("warm_wrist.sag", 30.0), ("cable_drag.c", CABLE_DRAG)];
 
-/// How far the cables of a third party's effect pull, urad.
+/// Rotation by which the cables of a third party's effect pull, urad.
 const CABLE_DRAG: f64 = 200.0;
 
 /// One-sigma of each coordinate of a point: a laser tracker's.

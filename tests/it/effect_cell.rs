@@ -90,7 +90,7 @@ pub fn make_true(data: &mut Dataset, model: &Model, values: &[f64]) {
     }
 }
 
-/// What is measured.
+/// Measured quantity.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Measures {
     /// Balls and points by turns.

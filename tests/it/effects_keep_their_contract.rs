@@ -1,4 +1,5 @@
-//! Whatever is in the catalogue: its columns are the derivatives of the exact model, zero size changes nothing, names are unique.
+//! Every effect of the catalogue: its columns are the derivatives of the exact model, zero size changes nothing, names are
+//! unique.
 
 use std::collections::BTreeSet;
 
@@ -75,7 +76,7 @@ fn what_is_injected_is_recovered() {
     let cell = cell();
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
-    // Only joint 6 makes a full turn; on less, forty orders cannot be told apart without their plausible sizes.
+    // Only joint 6 makes a full turn; on less, forty orders cannot be distinguished without their plausible sizes.
     for id in ids(&subject).into_iter().filter(|id| !id.starts_with("error_curve:") || id.ends_with(":6")) {
         let effect = build(&id, &subject).unwrap();
         let mut model = model(effect.as_ref());

@@ -173,7 +173,7 @@ fn the_suspicion_names_the_axes() {
     }
 }
 
-/// What a noisy indicator shows; one whose plunger is pushed to its end says so in place of a value, where it is of that kind.
+/// An indicator with noise; one whose plunger is pushed to its end says so instead of a value, where it is of that kind.
 struct Noisy {
     indicator: ScriptedIndicator,
     random: ChaCha8Rng,

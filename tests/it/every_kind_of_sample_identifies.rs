@@ -292,7 +292,7 @@ fn several_folders_are_one_robot_with_its_own_base_and_tool_in_each() {
         assert!(after.residuals.iter().all(|r| r.norm() < EXACT));
     }
 
-    // The robot of one campaign, judged in the other: set up anew on its rows for fitting, and said so.
+    // The robot of one campaign, judged in the other: set up again on its rows for fitting, and said so.
     let only_a = identify(&[("A", &a)], &geometry()).unwrap().set_up_anew();
     let there = only_a.predict(&[("B", &b)], Use::Validation).unwrap();
     assert_eq!(there.from_fit_rows.len(), 9, "{:?}", there.from_fit_rows);

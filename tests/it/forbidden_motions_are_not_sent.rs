@@ -1,5 +1,5 @@
 //! A motion that would take a joint near its limit, the TCP out of its box, or the gauge further than it may step, never reaches the
-//! robot; nor does any after a stop was asked for. Every one is logged.
+//! robot; nor does any after a stop was requested. Every one is logged.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -74,7 +74,7 @@ fn turned(joint: usize, degrees: f64) -> Vec<f64> {
 #[test]
 fn joints_keep_their_margin() {
     let mut b = bench(None);
-    // A1 may turn 170 degrees each way: 167 is inside the margin of 2, 169 is not, nor is what is no number.
+    // A1 may turn 170 degrees each way: 167 is inside the margin of 2, 169 is not, nor is a value that is not a number.
     b.robot.move_joints(&turned(0, 167.0)).unwrap();
     for degrees in [169.0, -168.5, f64::NAN] {
         assert_eq!(b.robot.move_joints(&turned(0, degrees)), Err(ManipulatorError::JointLimit { joint: 1 }), "{degrees}");

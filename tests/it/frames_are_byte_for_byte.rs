@@ -1,4 +1,4 @@
-//! What the drivers put on the wire, and what they take from it, is what the instruments' manuals and the servers' sources say.
+//! The drivers send and accept exactly the bytes of the instruments' manuals and of the servers' sources.
 
 use calibench::cell::gauge::{
     Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LONGEST_LINE, LineReader, LineSettings,
@@ -109,7 +109,7 @@ fn a_kuka_frame_that_contradicts_itself_is_refused_and_the_next_one_is_read() {
         assert_eq!(reader.request(), Err(FrameError::Malformed { tag }));
     }
     assert_eq!(reader.request(), Ok(Some(read(3, "PING"))));
-    // After a length that cannot be there is no telling where a frame begins.
+    // After a length that cannot be there is nothing that shows where a frame begins.
     reader.push(&bytes("00 01 FF FF 00"));
     for _ in 0..2 {
         assert_eq!(reader.request(), Err(FrameError::TooLong { length: 0xffff }));

@@ -16,9 +16,9 @@ use super::oracles;
 pub struct GoldenParameter {
     /// As in the golden file: `alpha_1`, `c_6`.
     pub name: String,
-    /// What it moves; a compliance moves the joint's theta by `value * tau`.
+    /// The site that moves; a compliance moves the joint's theta by `value * tau`.
     pub site: Site,
-    /// Whether it is a compliance, to be multiplied by the holding torque dU/dq.
+    /// True for a compliance, which is multiplied by the holding torque dU/dq.
     pub compliance: bool,
     /// Value on the drawing, SI.
     pub nominal: f64,

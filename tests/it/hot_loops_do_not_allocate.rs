@@ -1,4 +1,5 @@
-//! What is done ten thousand times a second asks for no memory: kinematics, RelTool, identification, and a whole trial of a study.
+//! Loops that run ten thousand times a second do not allocate: kinematics, RelTool, identification, and a whole trial of a
+//! study.
 
 use crate::works;
 use std::alloc::System;
@@ -14,7 +15,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static MEMORY: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// How often `work` asks for memory.
+/// Number of allocations by `work`.
 fn requests(mut work: impl FnMut()) -> usize {
     let region = Region::new(MEMORY);
     work();

@@ -1,4 +1,4 @@
-//! What this package promises: one file a promise.
+//! Promises of this package: one file a promise.
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod a_campaign_survives_anything;

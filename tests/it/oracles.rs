@@ -1,4 +1,4 @@
-//! What independent programs computed and other people measured, for comparison: the files of `tests/data`, unpacked.
+//! Results of independent programs and measurements by others, for comparison: the files of `tests/data`, unpacked.
 #![allow(dead_code)] // each test uses its own part
 
 use std::fs;

@@ -35,7 +35,7 @@ struct Twin {
     tool: FramePose,
 }
 
-/// Where the tool truly is: about its axis, joint 6 shows in the orientation alone.
+/// True pose of the tool: about its axis, joint 6 shows in the orientation alone.
 fn truth(twin: &Twin, q: &[f64]) -> Pose {
     let mut turned = q.to_vec();
     turned[5] += GEAR[0] * q[5].sin() + GEAR[1] * q[5].cos();

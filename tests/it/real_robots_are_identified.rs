@@ -15,7 +15,7 @@ use calibench::units::{DEG, MM};
 use crate::a_printed_socket_names_the_joint::{places, spread_at_places_left_out};
 use crate::oracles::data;
 
-/// Which rows are drawn decides the third figure of a mean over 4,000: a bar is reached within this share.
+/// Tolerance, as a ratio: the choice of rows changes the third digit of a mean over 4,000.
 const SAME: f64 = 1.03;
 
 fn bring(format: &str, files: &[PathBuf], options: &ImportOptions) -> Dataset {
@@ -39,7 +39,7 @@ fn panda() -> Dataset {
     bring("mukca", &[data("mukca").join("panda_3")], &ImportOptions::default())
 }
 
-/// What is fitted besides the tool and the balls that the datasets leave free.
+/// Models to fit, in addition to the tool and the balls that the datasets leave free.
 fn models() -> [(&'static str, Model); 3] {
     let geometry = Model::of(&["base_frame", "mdh"]);
     [("base and tool", Model::of(&["base_frame"])), ("+ geometry", geometry), ("+ compliance", Model::paper())]

@@ -81,7 +81,7 @@ fn read(text: &str) -> Result<UrdfRobot, FileError> {
     robot_from_urdf(&written(text).path, &ChainEnds::default())
 }
 
-/// A URDF of joints given by origin (xyz, rpy) and axis, fixed links between them, and a branch that is no part of the arm.
+/// A URDF of joints given by origin (xyz, rpy) and axis, fixed links between them, and a branch that is not part of the arm.
 fn urdf(joints: &[([f64; 3], [f64; 3], [f64; 3])], tip: ([f64; 3], [f64; 3]), with_mounts: bool) -> String {
     urdf_of(joints, tip, with_mounts, &[])
 }

@@ -142,7 +142,7 @@ fn what_cannot_be_joined_or_read_is_named() {
     assert!(matches!(error, ImportError::SetsOfJoined), "{error}");
 }
 
-/// What the proposed map makes of a file.
+/// Interpretation of a file by the proposed map.
 fn understood(path: &Path, robot: &str) -> (Guess, Dataset) {
     let scratch = Scratch::new();
     let found = guess(path, &ur(robot), robot).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -204,7 +204,7 @@ fn a_map_is_proposed_whatever_the_dialect() {
         assert_eq!(dataset.samples.len(), 40);
         assert!(found.shown[0].contains("joints 73.201, 73.906, 3.678"), "{:?}", found.shown);
     }
-    // Whole numbers of rows, torques and velocities are no joints.
+    // Whole numbers of rows, torques and velocities are not joints.
     let written = Cell::new(0);
     let table = |titles: &str, row: &dyn Fn(&Vec<String>) -> String| {
         written.set(written.get() + 1);
@@ -300,7 +300,7 @@ fn the_order_of_rows_states_sides_and_times_where_the_map_says_so() {
     assert_eq!(sides[3], [-1, 1, 0, -1, 0, 0]);
     assert_eq!(dataset.samples.iter().map(|s| s.time_s.unwrap()).collect::<Vec<_>>(), [0.0, 20.0, 40.0, 60.0, 80.0]);
     assert!(notes.iter().any(|n| n.contains("last move from row to row")) && notes.iter().any(|n| n.contains("every 20 s")));
-    // A session begins anew.
+    // A session begins again.
     let columns = COLUMNS.replace("[dataset]\n", "session = { column = 'run' }\n[dataset]\n");
     let map = scratch.file("by-run.toml", &format!("format = 'calibench-import/1'\n{head}{columns}"));
     let options = ImportOptions { map: Some(map), ..ImportOptions::default() };

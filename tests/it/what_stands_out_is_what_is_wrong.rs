@@ -51,7 +51,7 @@ impl Cell {
         limits.iter().map(|l| self.random.random_range(0.8 * l[0]..0.8 * l[1])).collect()
     }
 
-    /// Where the TCP is when the controller reports `q` and the joints really stand at `q + error(q)`.
+    /// TCP when the controller reports `q` and the joints are at `q + error(q)`.
     fn tcp(&self, q: &[f64], error: &dyn Fn(&[f64]) -> Vec<f64>) -> calibench::robot::Pose {
         let really: Vec<f64> = q.iter().zip(error(q)).map(|(q, e)| q + e).collect();
         world_from_tool(&self.arm, &self.base, &self.tool, &really)

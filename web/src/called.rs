@@ -1,4 +1,4 @@
-//! What the page calls, and what is called of it: numbers only, and bytes in two buffers that the page reads and writes.
+//! Calls between the page and this module: numbers only, and bytes in two buffers that the page reads and writes.
 //!
 //! `room(n)` makes a buffer of n bytes, which the page fills; `put`, `ask` and `take` say what is in it. An answer is read from
 //! the other buffer. Everything else is safe Rust, so no binding generator is needed.
@@ -14,7 +14,7 @@ use serde_json::json;
 
 use crate::{Session, warm_up};
 
-/// What comes from the page, and what goes to it.
+/// Buffer for input from the page and for answers to it.
 static ROOM: Mutex<Vec<u8>> = Mutex::new(Vec::new());
 static ANSWER: Mutex<Vec<u8>> = Mutex::new(Vec::new());
 static SESSION: Mutex<Option<Session>> = Mutex::new(None);
@@ -56,7 +56,7 @@ impl Helper for OtherWorker {
     }
 }
 
-/// There is no randomness but what is seeded.
+/// All randomness is seeded.
 fn no_randomness(_: &mut [u8]) -> Result<(), getrandom::Error> {
     Err(getrandom::Error::UNSUPPORTED)
 }
@@ -145,7 +145,7 @@ pub extern "C" fn take() -> i32 {
     i32::try_from(out.len()).unwrap_or(-1)
 }
 
-/// Where the answer is.
+/// Address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const u8 {
     held(&ANSWER).as_ptr()

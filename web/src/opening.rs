@@ -40,7 +40,7 @@ pub struct OpenRequest {
     pub force: bool,
 }
 
-/// Why files were not opened.
+/// Reasons why files were not opened.
 #[derive(Debug, thiserror::Error)]
 pub enum NotOpened {
     /// A file is not as it must be.
@@ -102,11 +102,11 @@ impl NotOpened {
     }
 }
 
-/// What is open.
+/// Opened data.
 pub struct Opened {
     /// The workbench on it.
     pub bench: Bench,
-    /// What the page says of it.
+    /// Summary that the page shows.
     pub told: Value,
 }
 

@@ -36,7 +36,7 @@ const SCENARIO: &str = "simulated.toml";
 /// Folder of its dataset.
 const DATASET: &str = "simulated";
 
-/// What the robot can hide, each clear of the others: gears, bearings, springs, the foot, the artifact.
+/// Effects that can be hidden, each clearly distinguished from the others: gears, bearings, springs, the foot, the artifact.
 const HIDDEN: [&str; 10] = [
     "harmonic:3:202",
     "harmonic1:2",
@@ -57,7 +57,7 @@ const SIZES: [f64; 3] = [2.0, 5.0, 10.0];
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlayRequest {
-    /// What is wrong with it; nothing beyond the errors that every robot has if `None`.
+    /// The hidden effect; `None` if the robot has only the errors of every robot.
     pub effect: Option<String>,
     /// Its size, in plausible ones.
     pub times: f64,

@@ -1,4 +1,4 @@
-//! What is open on one page.
+//! Data that are open on one page.
 
 use std::path::Path;
 
@@ -22,9 +22,9 @@ pub enum NoAnswer {
     /// The files were not opened.
     #[error("{because}")]
     Opening {
-        /// Why.
+        /// The reason.
         because: NotOpened,
-        /// What was understood of them.
+        /// Interpretation of the files.
         told: Value,
     },
     /// The workbench does not answer it.
@@ -55,7 +55,7 @@ impl NoAnswer {
         }
     }
 
-    /// What was understood of files that were not opened.
+    /// Interpretation of files that were not opened.
     #[must_use]
     pub fn told(&self) -> Option<&Value> {
         match self {
@@ -97,7 +97,7 @@ impl Session {
         Ok(json!({"opened": opened.told}))
     }
 
-    /// Goes on to a model that this workbench was at before the page had to begin anew.
+    /// Goes on to a model that this workbench was at before the page had to begin again.
     fn adopt(&self, Adopted { model }: &Adopted) -> Result<Value, NoAnswer> {
         let bench = self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?;
         let path = Path::new("adopted.toml");

@@ -1,4 +1,4 @@
-//! A judgement that nobody asked for.
+//! A judgement computed in advance, to warm the browser's compiler up.
 //!
 //! A browser compiles what runs for the first time hastily, and what runs often again, faster; whichever worker of a page runs it,
 //! all have it. A worker that waits to help thus halves the time of the first verdict.

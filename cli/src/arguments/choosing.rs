@@ -56,7 +56,7 @@ impl Choice<'_> {
     }
 }
 
-/// What is said of a campaign that needs nothing more.
+/// The sentence for a campaign that needs nothing more.
 pub(crate) fn finished(probings: usize, output: &Path) -> String {
     format!("nothing to do: the campaign is finished, after {probings} probings; its dataset is in {}", output.display())
 }

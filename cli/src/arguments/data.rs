@@ -146,7 +146,7 @@ pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) -> Extra
     beyond
 }
 
-/// How a fit came about, with `-v`.
+/// Prints the iterations and the size of a fit, with `-v`.
 pub fn tell_fit(calibration: &Calibration) {
     print_detail(&format!(
         "fit: {} Gauss-Newton steps, {}; {} parameters from {} samples",

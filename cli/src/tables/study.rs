@@ -85,7 +85,7 @@ pub fn study_text(summary: &Summary, extent: Extent) -> String {
     out
 }
 
-/// The errors that the share asked for stay within, by point and method.
+/// The errors that the share requested stay within, by point and method.
 fn rare_text(summary: &Summary) -> String {
     let mut header = summary.axes.clone();
     header.extend(["method", "robots", "mm", "within", "95 % band", "plain trials"].map(String::from));
@@ -122,7 +122,7 @@ impl std::fmt::Display for Figure {
     }
 }
 
-/// How many trials failed, and why.
+/// Number of failed trials, by reason.
 fn failures(summary: &Summary) -> String {
     let mut out = String::new();
     let mut reasons: std::collections::BTreeMap<&str, u64> = std::collections::BTreeMap::new();

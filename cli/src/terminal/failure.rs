@@ -63,7 +63,7 @@ pub fn not_started(error: StartError) -> Failure {
     if error.is_of_the_request() { error.into() } else { hardware(&error).into() }
 }
 
-/// How the command line does what the library's error asks for, if it is an option or another verb.
+/// The option or verb that applies the remedy of a library error, if there is one.
 pub fn hint(failure: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
     std::iter::successors(Some(failure), |reason| reason.source()).find_map(|reason| {
         if let Some(error) = reason.downcast_ref() {

@@ -9,7 +9,7 @@ use comfy_table::{
     presets::{NOTHING, UTF8_FULL_CONDENSED},
 };
 
-/// Narrower terminals are treated as this wide.
+/// Smallest width of a terminal, columns: narrower ones are treated as this wide.
 const NARROWEST: usize = 40;
 
 /// The columns that output may have; `None` for as many as it needs: on request, and where no terminal shows it.
@@ -59,7 +59,7 @@ fn wrapped(line: &str, columns: usize) -> String {
 
 /// Words after `label`, in lines that begin `hanging` columns in.
 fn filled(label: &str, text: &str, hanging: usize, columns: usize) -> String {
-    /// What stays with the number before it.
+    /// Units and signs that are not separated from the number before them.
     const UNITS: [&str; 7] = ["%", "mm", "µm", "µrad", "deg", "min", "±"];
     let (mut out, mut line) = (String::new(), label.to_owned());
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -87,10 +87,10 @@ fn cells(line: &str) -> Vec<String> {
     line.trim_matches('│').split('┆').map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// Lines of a cell beyond which columns that may be left out are.
+/// Height of a cell, lines, beyond which columns that may be left out are dropped.
 const TALLEST: usize = 2;
 
-/// Lines of a header beyond which they are.
+/// Height of a header, lines, beyond which they are dropped.
 const TALLEST_HEADER: usize = 3;
 
 /// A table that is too wide: with its cells wrapped, without the columns that may be left out, or as a list.
@@ -138,7 +138,7 @@ fn wrapped_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Opt
     (head <= TALLEST_HEADER && row <= TALLEST).then_some(text)
 }
 
-/// Lines of the header of a framed table, and of a row on average: a few tall ones are no harm.
+/// Lines of the header of a framed table, and of a row on average: a few tall ones do no harm.
 fn heights(rows: &[Vec<String>], text: &str) -> (usize, usize) {
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with(['┌', '└'])).collect();
     let head = lines.iter().position(|line| line.starts_with('╞'));

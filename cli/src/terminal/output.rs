@@ -17,7 +17,7 @@ pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result
     files.into_iter().try_for_each(|file| check_output_file(file))
 }
 
-/// How much is printed, in the order of more.
+/// Amount of output, in increasing order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// The result alone; of what goes to standard error only what ends the verb.
@@ -42,20 +42,20 @@ impl Level {
     }
 }
 
-/// How output is printed.
+/// Settings of the output.
 #[derive(Debug, Clone, Copy)]
 pub struct Manner {
     /// Columns that text may have; `None` for any number.
     pub columns: Option<usize>,
-    /// How much is printed.
+    /// Amount of output.
     pub level: Level,
-    /// When colour is used.
+    /// Use of colour.
     pub colour: When,
     /// Standard output holds a file, so that text goes to standard error.
     pub beside: bool,
 }
 
-/// As it is outside a program: everything, as wide as it is.
+/// Output outside a program: everything, in lines of any width.
 const PLAIN: Manner = Manner { columns: None, level: Level::Plain, colour: When::Never, beside: false };
 
 /// Set once, before the verb runs.
@@ -70,22 +70,22 @@ pub fn print_in(manner: Manner) {
     MANNER.get_or_init(|| manner);
 }
 
-/// True if what is told beside the result is wanted.
+/// True if messages in addition to the result are requested.
 pub fn is_told() -> bool {
     manner().level >= Level::Plain
 }
 
-/// True if it is wanted how the result came about.
+/// True if details of the computation are requested.
 pub fn is_detailed() -> bool {
     manner().level >= Level::Verbose
 }
 
-/// Prints what is told beside the result: not with `-q`.
+/// Prints a message in addition to the result: not with `-q`.
 pub fn print(text: &str) -> Result<(), Failure> {
     if is_told() { print_answer(text) } else { Ok(()) }
 }
 
-/// Prints what was asked for, as wide as the terminal; into a closed pipe, nothing.
+/// Prints what was requested, as wide as the terminal; into a closed pipe, nothing.
 pub fn print_answer(text: &str) -> Result<(), Failure> {
     let Manner { columns, colour, beside, .. } = manner();
     if beside {
@@ -138,7 +138,7 @@ fn laid_out(text: &str, columns: Option<usize>) -> String {
     }
 }
 
-/// Whoever reads no further wants no more of it: the exit code is that of the verb all the same.
+/// A closed pipe is not an error: its reader needs no more, and the exit code is that of the verb.
 fn print_as_it_is(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(format!("{text}\n").as_bytes()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e.into()),

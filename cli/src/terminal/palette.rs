@@ -25,7 +25,7 @@ impl When {
     }
 }
 
-/// What a colour means.
+/// Meaning of a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     /// As hoped: met, taken, nothing left.
@@ -34,9 +34,9 @@ enum Meaning {
     Warning,
     /// Not as hoped: not met, refused, an error.
     Error,
-    /// What is to be read first.
+    /// To be read first.
     Strong,
-    /// What is known already.
+    /// Already known.
     Quiet,
 }
 
@@ -117,9 +117,9 @@ fn line(text: &str) -> String {
     text.to_owned()
 }
 
-/// Where the capitals of a section's heading end, such as `TRUTH against estimate`; `None` for a sentence.
+/// Byte at which the capitals of a section's heading end, such as `TRUTH against estimate`; `None` for a sentence.
 fn heading(text: &str) -> Option<usize> {
-    /// What may follow a heading of one word: a sentence that begins with an abbreviation goes on otherwise.
+    /// Words that may follow a heading of one word; any other word makes it a sentence that begins with an abbreviation.
     const FOLLOW: [&str; 5] = ["of", "against", "in", "after", "by"];
     let is_capital = |word: &str| word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase() || c == '\'');
     let bare = |word: &'_ str| word.trim_end_matches([',', ':']).len();

@@ -23,7 +23,7 @@ fn named(path: PathBuf, stream: &str) -> PathBuf {
     if path == Path::new(SIGN) { stream.into() } else { path }
 }
 
-/// What the arguments of a verb want of the standard streams.
+/// Use of the standard streams by the arguments of a verb.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Streams {
     /// Arguments that are read from standard input.
@@ -62,7 +62,7 @@ impl Streams {
         all
     }
 
-    /// Why this cannot be, if it cannot.
+    /// The reason why these arguments contradict each other, if they do.
     pub fn problem(&self) -> Option<String> {
         if let Some(name) = self.senseless.first() {
             return Some(format!(

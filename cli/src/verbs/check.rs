@@ -30,7 +30,7 @@ use crate::terminal::streams::{input, output};
 /// Sizes for which the power of a check is printed, in units of the noise of one comparison.
 const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
 
-/// Joints at which a true arm has a ball differ from the planned ones by less, rad.
+/// Largest difference between the joints at which the true arm reaches a ball and the planned ones, rad.
 const ARM_ERRORS: f64 = 5.0 * DEG;
 
 /// Three forms of call.
@@ -115,7 +115,7 @@ fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
     Ok(datasets.remove(0))
 }
 
-/// Chooses the poses to measure again, and tells what they would find.
+/// Chooses the poses to measure again, and reports what they would find.
 fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let waiting = Waiting::new("planning the check");

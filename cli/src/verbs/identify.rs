@@ -136,7 +136,7 @@ fn fit_sentence(c: &Calibration) -> String {
     )
 }
 
-/// What is to be known of a fit.
+/// Remarks on a fit.
 fn remarks(c: &Calibration) -> String {
     let o = &c.observability;
     let mut out = wider_sentence(c);

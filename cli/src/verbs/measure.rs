@@ -39,7 +39,7 @@ use calibench_sim::session::{Session, centring};
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
        calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
 
-/// Change of the temperature while an adaptive campaign measures that is told, K: a gear's error changes by some urad per kelvin.
+/// Change of temperature during an adaptive campaign that is reported, K: a gear's error changes by some urad per kelvin.
 const TELLING_K: f64 = 1.0;
 
 #[derive(clap::Args)]
@@ -104,7 +104,7 @@ pub struct Simulated<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
-    // Whether the plan changes the payload is known of a plan, and of the scenario that is planned anew.
+    // Whether the plan changes the payload is known of a plan, and of the scenario that is planned again.
     let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
         (Some(cell), _) => (read_cell(cell)?.dataset, 0),
         (None, Some(scenario)) => {
@@ -164,7 +164,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if adaptive.is_enough() { outcome } else { Outcome::ExpectationFailed })
 }
 
-/// What an adaptive campaign has reached.
+/// The precision reached by an adaptive campaign, in a sentence.
 fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     let Some(last) = adaptive.reached().last() else {
         return format!("The samples are too few to say whether {until_mm} mm are reached.");
@@ -179,7 +179,7 @@ fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     format!("All poses are measured, and {until_mm} mm are not reached: {said}{alone}.")
 }
 
-/// What is to be said of an arm that was not equally warm in all samples.
+/// A remark on a campaign whose samples differ in temperature.
 fn warming_sentence(samples: &[Sample]) -> Option<String> {
     let temperatures = || samples.iter().filter_map(|sample| sample.temp_c);
     let (low, high) = (temperatures().reduce(f64::min)?, temperatures().reduce(f64::max)?);

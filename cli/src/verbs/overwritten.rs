@@ -20,7 +20,7 @@ const WRITTEN: [&str; 10] = ["history", "mdh", "out", "output", "page", "parquet
 /// Those that name folders to which files are added: they may be the folders of the data.
 const ADDED_TO: [&str; 2] = ["rows", "save_to"];
 
-/// The argument that names a robot by its file and links, and is no path.
+/// The argument that names a robot by its file and links, and is not a path.
 const ROBOT: &str = "urdf_of";
 
 /// Keys under which a TOML file names others.
@@ -55,7 +55,7 @@ impl Output {
     }
 }
 
-/// Why a command line is refused: an output of it is one of its inputs, or two of its outputs are one.
+/// The reason to refuse a command line: an output of it is one of its inputs, or two of its outputs are one file.
 pub fn problem(command: &Command, matches: &ArgMatches) -> Option<String> {
     let mut written: Vec<Output> = Vec::new();
     let mut read: Vec<PathBuf> = Vec::new();
@@ -124,7 +124,7 @@ fn data_in(folder: &Path) -> Vec<PathBuf> {
     DATASET.into_iter().chain(of_run).map(|name| folder.join(name)).collect()
 }
 
-/// What a TOML file names, relative to itself: what a scenario extends, the robot of a dataset, the dataset of a cell.
+/// Files named in a TOML file, relative to it: the parent of a scenario, the robot of a dataset, the dataset of a cell.
 fn named_in(file: &Path) -> Vec<PathBuf> {
     if file.extension().is_none_or(|extension| extension != "toml") {
         return Vec::new();

@@ -114,7 +114,7 @@ fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What was read from a URDF file, in words.
+/// Summary of a robot read from a URDF file.
 fn converted(read: &UrdfRobot, output: &Path) -> String {
     let UrdfRobot { robot, joint_names, base_link, tool_link } = read;
     let masses = if robot.has_masses() { "" } else { "\nThe file has no masses: gravity torques cannot be computed from it." };

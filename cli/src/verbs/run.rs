@@ -194,7 +194,7 @@ fn errors_table(run: &Run) -> String {
     validation_table(&rows)
 }
 
-/// Why the TriCal's errors on the validation poses are not as expected there, if they are not.
+/// The reason why the TriCal's errors on the validation poses differ from those expected there, if they do.
 fn difference(run: &Run) -> Option<String> {
     let Method { dataset, calibration, validation, .. } = &run.trical;
     let fitted = [("trical", dataset)];

@@ -1,4 +1,4 @@
-//! `study SCENARIO`: the whole procedure repeated, with every error drawn anew.
+//! `study SCENARIO`: the whole procedure repeated, with every error sampled again.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The trials asked for.
+/// The trials requested.
 fn extent(first: u64, trials: u64) -> Result<Extent, String> {
     if !(1..=Extent::END).contains(&trials) {
         return Err(format!("--trials: is out of range; give a number from 1 to {}", Extent::END));

@@ -102,11 +102,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Rows that are the same as fitted ones are reported from this share on: an instrument of coarse steps reads the same again now
-/// and then.
+/// Share of rows equal to fitted ones from which they are reported: an instrument of coarse steps reads the same again now and
+/// then.
 const WORTH_A_WORD: f64 = 0.1;
 
-/// Errors that a base and a tool of their own reduce to less than this share are those of another set-up.
+/// Share of the errors that remains with base and tool re-estimated, below which the rows are those of another set-up.
 const ANOTHER: f64 = 0.2;
 
 /// States that rows were measured from another place, or with another tool, if that is most of their error.

@@ -55,6 +55,7 @@ mod tests {
 
     use super::*;
 
+    /// Time limit for a request's header in these tests, short so that they end soon.
     const PATIENCE: Duration = Duration::from_millis(300);
 
     /// A server that answers `/` with `here` after a delay, until the test process ends.

@@ -72,7 +72,7 @@ fn a_robot_that_was_warming_up_meanwhile_is_no_reason_for_more_poses() {
     );
 }
 
-/// What gives way beneath the arm hides in the parameters of a short campaign: its own new poses speak against it.
+/// Deflections of the pedestal are absorbed by the parameters of a short campaign; its own new poses show the misfit.
 #[test]
 fn new_poses_speak_against_what_a_short_campaign_hides() {
     let folder = planned("tilted-pedestal");

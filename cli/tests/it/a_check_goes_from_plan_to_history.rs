@@ -83,7 +83,7 @@ fn what_is_planned_is_probed_and_kept() {
     let again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["looks"], document["looks"]);
 
-    // Rows of the campaign with fewer digits are no new measurements, and are not taken for any without a word.
+    // Rows of the campaign with fewer digits are not new measurements, and are not taken for any without a word.
     fs::create_dir(at.join("rounded")).unwrap();
     fs::copy(at.join("then/dataset.toml"), at.join("rounded/dataset.toml")).unwrap();
     let campaign = fs::read_to_string(at.join("then/samples.csv")).unwrap();
@@ -109,7 +109,7 @@ fn what_is_planned_is_probed_and_kept() {
     );
     refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is no day");
     refused(at, &format!("{CHECK} now/1 --history history.toml --on 9999-12-01"), "is after today");
-    // A copy under another name is no second check.
+    // A copy under another name is not a second check.
     fs::create_dir(at.join("now/3")).unwrap();
     for name in ["samples.csv", "dataset.toml"] {
         fs::copy(at.join("now/2").join(name), at.join("now/3").join(name)).unwrap();
@@ -175,7 +175,7 @@ fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
     drop(reader);
     let closed = closed.current_dir(at).args(judged.split(' ')).stdout(writer).status().unwrap();
     assert_eq!(closed.code(), Some(1), "a closed pipe changes no verdict");
-    // It is mended. What was found before is no drift of what is healthy now.
+    // It is mended. What was found before is not a drift of what is healthy now.
     for (visit, day) in [(2, "2025-12-02"), (3, "2025-12-03"), (4, "2025-12-04")] {
         let healthy = format!(
             "{CHECK} --cell cell.toml --plan sentinels.toml --visit {visit} -o later{visit} --history history.toml --on {day}"

@@ -101,6 +101,7 @@ fn a_ball_in_line_with_the_others_is_never_chosen() {
 fn the_prediction_is_what_the_simulated_cell_shows_and_the_artifact_runs() {
     let folder = folder(THREE_BALLS);
     let design = designed(folder.path(), &["--trials", "60", "-o", "artifact.toml"]);
+    /// Tolerance of the prediction beyond the band of the trials, as a share of its ends.
     const LEFT_OUT: f64 = 0.05;
     for judged in std::iter::once(&design["best"]).chain(design["compared"].as_array().expect("a list")) {
         assert_eq!(judged["verified"]["failed"], 0, "{judged}");

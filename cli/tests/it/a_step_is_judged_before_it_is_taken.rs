@@ -141,7 +141,7 @@ fn a_sample_that_the_diagnosis_advises_to_set_aside_is_set_aside() {
     let both = ["outlier:p14", "outlier:p41"];
     let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
     assert_eq!(sorted(&told["advice"]["effects"]), both);
-    // The ladder sets both aside at once, as it is said.
+    // The ladder excludes both at once, as it is said.
     let ladder = document(&calibench(at, &["ladder", "run/trical", "--model", "model.toml", "--json"]));
     assert_eq!(sorted(&ladder["rungs"][1]["added"]), both);
     // The command adds the first; the other is named by the next diagnosis, though what else is missing hides it.
@@ -184,7 +184,7 @@ fn what_cannot_be_added_is_refused_in_one_line() {
     assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), MODEL);
 }
 
-/// A measurement without objections is not set aside: neither the worst of a good campaign nor one named by the user.
+/// A measurement without objections is not excluded: neither the worst of a good campaign nor one named by the user.
 #[test]
 fn a_good_sample_stays() {
     let folder = tempfile::tempdir().unwrap();

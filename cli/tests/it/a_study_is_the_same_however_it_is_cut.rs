@@ -247,7 +247,9 @@ fn a_diagnosed_study_says_what_every_trial_would_have_been_told() {
 fn memory_does_not_grow_with_the_trials() {
     use std::io::Write;
 
+    /// Number of trials in the file.
     const TRIALS: u64 = 100_000;
+    /// Largest memory of the program, MB: less than the file takes.
     const MOST_MB: u64 = 60;
     let folder = study();
     let path = folder.path().join("s.toml");
@@ -321,7 +323,7 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     of(&["--trials", "60", "-o", "whole.csv"]);
     assert!(bytes(&folder, "whole.csv") == whole);
 
-    // No weight exceeds the inverse of the share drawn as stated, and the worst robots are many and light.
+    // No weight exceeds the inverse of the share sampled as stated, and the worst robots are many and light.
     let mut table = csv::Reader::from_path(folder.path().join("whole.csv")).unwrap();
     let header = table.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();

@@ -33,7 +33,7 @@ fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
     let effects = found["effects"].as_array().unwrap();
     let number = |e: &Value, key: &str| e[key].as_f64().unwrap();
 
-    // What stands out of the noise is named, with an honest size, and the error falls; what leaves nothing is not named.
+    // What is significant above the noise is named, with an honest size, and the error falls; what leaves nothing is not named.
     let seen: Vec<&Value> = effects.iter().filter(|e| number(e, "visible") > 0.8).collect();
     let named: Vec<&&Value> = seen.iter().filter(|e| e["named"] == true).collect();
     assert!(seen.len() > 40 && named.len() as f64 > 0.95 * seen.len() as f64, "{} of {}", named.len(), seen.len());

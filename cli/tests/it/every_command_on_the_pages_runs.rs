@@ -9,7 +9,7 @@
 use std::path::Path;
 use std::process::Command;
 
-/// What the script prints; nothing where there is no Python.
+/// Output of the script; `None` where Python is missing.
 fn script(arguments: &[&str]) -> Option<String> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/pages/run");
     let output = match Command::new(script).arg(env!("CARGO_BIN_EXE_calibench")).args(arguments).output() {

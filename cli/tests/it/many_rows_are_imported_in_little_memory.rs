@@ -10,9 +10,11 @@ use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 
+/// Number of rows of the table.
 const ROWS: usize = 40_000;
-/// What a row may take, and the program without any: a million rows at this rate are 960 MB.
+/// Largest memory of a row, bytes, without that of the program itself: a million rows at this rate are 960 MB.
 const MOST_BYTES_A_ROW: usize = 940;
+/// Memory of the program itself, kB.
 const PROGRAM_KB: usize = 24_000;
 
 const MAP: &str = "format = \"calibench-import/1\"\n[columns]\n

@@ -57,7 +57,7 @@ fn contents(folder: &Path, found: &mut BTreeMap<PathBuf, Vec<u8>>) {
     }
 }
 
-/// What is told on standard error.
+/// Exit code and standard error of a command line.
 fn told(folder: &Path, line: &str) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
     let output = command.current_dir(folder).args(line.split(' ')).stdin(Stdio::null()).output().unwrap();

@@ -19,9 +19,9 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 const CELL: &str = include_str!("../../../scenarios/kr6-trical.toml");
-/// Position error of the cell's controller after a large motion, one-sigma, arcsec: servos (visible to the encoders), then
-/// gears (not visible).
+/// Position error of each servo after a large motion, one-sigma, arcsec: visible to the encoders.
 const SERVO: [f64; 6] = [1.5, 1.5, 2.0, 3.0, 4.0, 4.0];
+/// The same of the gears, which the encoders do not see, arcsec.
 const GEARS: [f64; 6] = [1.4, 1.4, 1.9, 2.9, 4.1, 4.1];
 
 /// The paper's cell with these lines changed, and these added.
@@ -44,6 +44,7 @@ fn cell(changes: &[(&str, &str)], added: &str) -> (TempDir, Scenario) {
 
 /// RP of infinitely many returns from the known scatter: that of every joint, through its lever.
 fn endless_rp(station: &Station, arcsec: impl Fn(usize) -> f64) -> f64 {
+    /// Number of simulated returns.
     const DRAWS: usize = 200_000;
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -61,6 +62,7 @@ fn endless_rp(station: &Station, arcsec: impl Fn(usize) -> f64) -> f64 {
 /// fails the bands below once in 2,000. The gauge's own noise, which the expected RP neglects, is 0.2 % of RP.
 #[test]
 fn intervals_hold_the_truth_as_often_as_stated() {
+    /// Number of simulated visits to the cell.
     const TRIALS: u64 = 200;
     let h = [0.0, 30.0, -45.0, 0.0, 20.0, 60.0];
     let effect = |j: usize| format!("[truth.effects.\"hysteresis:{}\"]\nh_urad = {:.1}\n", j + 1, h[j]);

@@ -1,4 +1,4 @@
-//! `runs` and `fleet` on public data: the campaigns of one UR10, and what is no run of it.
+//! `runs` and `fleet` on public data: the campaigns of one UR10, and what is not a run of it.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What is printed fits the terminal, and says the same as what is printed without one, except for columns that it names.
+//! Output fits the terminal, and says the same as without one, except for columns that it names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -164,7 +164,7 @@ fn a_dash_is_a_standard_stream_with_the_bytes_of_the_file() {
     assert!(!at.join("other.csv").exists());
 }
 
-/// A path of a whole word, such as `nothing_left`, `harmonic:3:202` or `urad`, is no word for people.
+/// A path of a whole word, such as `nothing_left`, `harmonic:3:202` or `urad`, is not a word for people.
 #[test]
 fn sentences_name_effects_and_verdicts_in_words() {
     for scenario in ["gear-ripple.toml", "moved-ball.toml", "table8.toml"] {
@@ -187,7 +187,7 @@ fn sentences_name_effects_and_verdicts_in_words() {
     }
 }
 
-/// What `diagnose` recommends is what the ladder does first, what `add` takes without objection, and what the report says.
+/// `diagnose`, the first step of the ladder, `add` and the report all give the same recommendation.
 #[test]
 fn there_is_one_voice() {
     for scenario in ["gear-ripple.toml", "moved-ball.toml", "table8.toml"] {
@@ -204,7 +204,7 @@ fn there_is_one_voice() {
         let stopped = &ladder["stopped"]["because"];
         match advice["to_do"].as_str().unwrap() {
             "nothing" => assert_eq!(stopped, "nothing_left", "{scenario}"),
-            // A curve is no step of the ladder, which says so where it sets samples aside in its stead.
+            // A curve is not a step of the ladder, which says so where it sets samples aside in its stead.
             "add" if advice["effects"] != first => {
                 let said = text(&calibench(at, &["ladder", "run/trical"]).stdout);
                 let command = advice["command"].as_str().unwrap();

@@ -32,7 +32,7 @@ fn untimed(mut answer: Value) -> Value {
     answer
 }
 
-/// What is said of the model alone, without the way that led to it.
+/// The answer about the model alone, without its history.
 fn without_history(answer: Value) -> Value {
     let mut document = answer["document"].clone();
     for key in ["ladder", "meanings"] {
@@ -201,7 +201,7 @@ fn an_expression_is_fitted_as_a_model_file_has_it_and_a_slip_is_told_at_its_fiel
     for key in ["rms_mm", "noise_mm", "dof", "verdict", "findings"] {
         assert_eq!(fitted["document"]["diagnosis"][key], verb[key], "{key}");
     }
-    // Off, it is no part of the model; on again, it is the same one.
+    // Off, it is not part of the model; on again, it is the same one.
     bench.act("switch", &json!({"effect": "teeth", "on": false}));
     bench.act("save-model", &json!({}));
     assert!(!fs::read_to_string(at.join("kept/model.toml")).unwrap().contains("teeth"));

@@ -98,7 +98,7 @@ pub struct Calibration {
     /// Shifts of the parameters by effects that the model lacks, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shifts: Option<Shifts>,
-    /// Whether the robot is like its fleet, if one was given.
+    /// Agreement of the robot with its fleet, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fleet: Option<FleetUsed>,
 }

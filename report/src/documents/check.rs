@@ -30,7 +30,7 @@ pub struct Check {
     pub aliased: Vec<String>,
     /// If something has changed: the single change that comes closest, and what it leaves.
     pub closest: Option<ClosestChange>,
-    /// Where the noise is from: `stated`, or `repeats` of the campaign; null for a plan.
+    /// Source of the noise: `stated`, or `repeats` of the campaign; null for a plan.
     pub noise_from: Option<String>,
     /// Number of samples given.
     pub samples: usize,
@@ -41,7 +41,7 @@ pub struct Check {
     /// For a plan: what the check would find. For a check: the smallest change of each condition that its samples show with a
     /// probability of 0.95, in the direction in which they show it least, when all of them are used.
     pub power: Vec<ConditionPower>,
-    /// What to know of the samples before relying on the verdict, in words.
+    /// Remarks on the samples that qualify the verdict.
     #[serde(default)]
     pub remarks: Vec<String>,
     /// With a history: the control charts of all its checks.
@@ -88,7 +88,7 @@ pub struct CheckedCondition {
     pub condition: String,
     /// The same in words.
     pub words: String,
-    /// What to do.
+    /// Remedy.
     #[serde(rename = "do")]
     pub to_do: String,
     /// Its probability.
@@ -102,7 +102,7 @@ pub struct ClosestChange {
     pub condition: String,
     /// The same in words.
     pub words: String,
-    /// What it leaves of the differences, rms per axis, um.
+    /// Residual of the differences after this condition, rms per axis, um.
     pub left_um: f64,
     /// Noise of a comparison, rms per axis, um.
     pub noise_um: f64,
@@ -125,7 +125,7 @@ pub struct Look {
     pub ratio: f64,
 }
 
-/// What a check finds of one condition.
+/// Power of a check to find one condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConditionPower {
     /// The condition.
@@ -138,7 +138,7 @@ pub struct ConditionPower {
     pub unit: Option<String>,
 }
 
-/// What a check finds of a condition of one size.
+/// Power of a check to find a condition of one size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PowerAtSize {
     /// Root mean square displacement of the samples, in units of the noise of one comparison.

@@ -165,7 +165,7 @@ pub struct WorstSample {
     pub special: Vec<String>,
 }
 
-/// The view that stands out.
+/// The view that is significant.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "view", rename_all = "snake_case")]
 pub enum Place {
@@ -212,7 +212,7 @@ pub enum Place {
 /// A view that shows more than chance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Standout {
-    /// Which view.
+    /// Name of the view.
     #[serde(flatten)]
     pub place: Place,
     /// Significance beyond the findings before it.
@@ -222,7 +222,7 @@ pub struct Standout {
     pub effects: Vec<String>,
 }
 
-/// Where a model fails.
+/// Comparison of a model with measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
     /// Format tag.

@@ -56,7 +56,7 @@ pub struct Fake {
     pub shift_mm: f64,
 }
 
-/// What became of a target.
+/// Outcome of a target.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum TargetOutcome {
@@ -80,7 +80,7 @@ pub struct CompensatedTarget {
     pub warnings: Vec<String>,
     /// The target itself.
     pub target: Frame,
-    /// What became of it.
+    /// Outcome of the target.
     #[serde(flatten)]
     pub outcome: TargetOutcome,
 }
@@ -157,7 +157,7 @@ pub struct CompensatedProgram {
     pub positions: usize,
     /// Number of positions rewritten.
     pub rewritten: usize,
-    /// What was not rewritten, or is right only under a condition, by line.
+    /// Statements that were not rewritten, or are right only under a condition, by line.
     pub not_rewritten: Vec<NotRewritten>,
     /// Largest distance from a position to the one written, mm; null if there are none.
     pub largest_shift_mm: Option<f64>,

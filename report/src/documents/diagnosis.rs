@@ -18,7 +18,7 @@ use crate::workspace::Forecast;
 
 format_tag!(DiagnosisFormat, "calibench-diagnosis/1");
 
-/// Where in the data an effect occurs.
+/// Part of the data in which an effect occurs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingPlace {
@@ -43,7 +43,7 @@ pub struct FoundParameter {
     pub unit: String,
 }
 
-/// An effect that stands out.
+/// An effect that is significant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Rank, from 1.
@@ -122,7 +122,7 @@ pub struct Contribution {
     pub size_plausible: f64,
 }
 
-/// Which effect is missing in a model.
+/// Diagnosis of a model: its misfit and the effects that explain it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
     /// Format tag.
@@ -168,7 +168,7 @@ pub struct Diagnosis {
     pub nothing_probability: f64,
     /// Size of the model discrepancy, in plausible sizes.
     pub background_plausible: f64,
-    /// Effects that stand out, best first.
+    /// Effects that are significant, best first.
     pub findings: Vec<Finding>,
     /// Contributions when everything is fitted at once.
     pub contributions: Vec<Contribution>,
@@ -184,7 +184,7 @@ pub struct Diagnosis {
     pub outside_range: Option<OutsideRange>,
     /// The diagnosis in words.
     pub sentences: Vec<String>,
-    /// What to do next; absent where the steps of the ladder were not asked for.
+    /// Recommended next step; absent where the steps of the ladder were not requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub advice: Option<Advised>,
     /// Scatter of the data.
@@ -193,12 +193,12 @@ pub struct Diagnosis {
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
-    /// Whether the robot is like its fleet, if one was given.
+    /// Agreement of the robot with its fleet, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fleet: Option<FleetUsed>,
 }
 
-/// What to do next about a model.
+/// Recommended next step for a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Advised {
     /// `nothing`, `unknown`, `add`, `distinguish` or `choose`.

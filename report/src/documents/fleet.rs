@@ -9,7 +9,7 @@ use super::format_tag;
 
 format_tag!(FleetFormat, "calibench-fleet/1");
 
-/// What robots of one type have in common.
+/// Mean and spread of the parameters over robots of one type.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fleet {
     /// `calibench-fleet/1`.
@@ -43,12 +43,12 @@ pub struct FleetParameter {
     pub robots: usize,
 }
 
-/// Whether a robot is like its fleet.
+/// Agreement of a robot with its fleet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FleetUsed {
     /// The prior that was used: `fleet`, `none` (the robot is not like it) or `catalogue` (nor do the data suffice alone).
     pub used: String,
-    /// What the fleet's prior costs in chi-square, in units of what it costs robots of the fleet on average.
+    /// Chi-square of the fleet's prior for this robot, as a ratio to its mean over robots of the fleet.
     pub ratio: f64,
     /// Probability of more if the robot is of the fleet.
     pub chance: f64,

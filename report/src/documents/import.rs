@@ -25,7 +25,7 @@ pub struct NominalFit {
     pub words: String,
 }
 
-/// What was imported.
+/// Summary of an import.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ImportReport {
     /// Format tag.

@@ -35,7 +35,7 @@ pub struct Recommended {
     pub why: String,
     /// Error of postures left out, rms, mm; null if unknown.
     pub held_out_mm: Option<f64>,
-    /// What is left out at a time: `postures`.
+    /// Unit of cross-validation: `postures`.
     pub held_out_by: String,
     /// True if a better model was withdrawn because other data contradict it.
     pub withdrawn: bool,
@@ -50,7 +50,7 @@ pub struct TriedStep {
     pub objections: Vec<String>,
 }
 
-/// Why the ladder ended.
+/// Reason why the ladder ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stopped {
     /// Name of the reason.
@@ -71,13 +71,13 @@ pub struct Ladder {
     /// The steps.
     #[serde(rename = "rungs")]
     pub steps: Vec<LadderStep>,
-    /// Why the ladder ended.
+    /// Reason why the ladder ended.
     pub stopped: Stopped,
     /// The recommended model, if it is none of the steps.
     pub other: Option<LadderStep>,
     /// The compared models.
     pub choices: Vec<Choice>,
-    /// Samples set aside.
+    /// Excluded samples.
     pub set_aside: Vec<String>,
     /// The recommended model.
     pub recommended: Recommended,
@@ -88,7 +88,7 @@ pub struct Ladder {
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
-    /// Whether the robot is like its fleet, if one was given.
+    /// Agreement of the robot with its fleet, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fleet: Option<FleetUsed>,
 }

@@ -103,7 +103,7 @@ pub struct HiddenEffect {
     pub parameters: Vec<HiddenParameter>,
     /// True if the model has it.
     pub in_model: bool,
-    /// How it was found.
+    /// Method by which it was found.
     pub found: String,
     /// The part of it that the data show, in units of the noise; null if unknown.
     pub visible_over_noise: Option<f64>,

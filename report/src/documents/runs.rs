@@ -110,7 +110,7 @@ pub struct DifferenceOfRuns {
     pub when: String,
     /// The same in words.
     pub words: String,
-    /// True if tool, base or balls of a run differ, which are no part of the robot.
+    /// True if tool, base or balls of a run differ, which are not part of the robot.
     pub of_set_up: bool,
     /// True if the model lacks the effect.
     pub missing: bool,

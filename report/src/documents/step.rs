@@ -15,7 +15,7 @@ use crate::ladder_sentences::{added_words, objection_sentence, symptom_sentence}
 
 format_tag!(StepFormat, "calibench-step/1");
 
-/// When an effect of time set in.
+/// Onset of an effect of time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Moment {
     /// The session; null if there is only one.
@@ -26,7 +26,7 @@ pub struct Moment {
     pub between_95: [String; 2],
 }
 
-/// What is known of an added effect beside its size.
+/// Notes on an added effect in addition to its size.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectNote {
     /// Id of the effect.

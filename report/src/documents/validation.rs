@@ -93,7 +93,7 @@ pub struct Validation {
     pub from_fit_rows: Vec<String>,
 }
 
-/// What `validate` prints: the errors, and how far the rows extrapolate.
+/// Errors of a validation, and the extrapolation of its rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validated {
     /// The position errors.
@@ -102,7 +102,7 @@ pub struct Validated {
     /// Rows outside the joint ranges of the calibration; null if there are none.
     pub outside_range: Option<OutsideRange>,
     /// Share of these rows that are the same as rows that were fitted, joints and readings; an estimate where more than 2,048 were
-    /// fitted, null where it cannot be told.
+    /// fitted, null where it cannot be determined.
     pub fitted: Option<f64>,
     /// The error expected at these rows; null where the rows that were fitted are not among the data.
     pub workspace: Option<Workspace>,

@@ -4,8 +4,9 @@ use super::plot::Plot;
 use super::ticks::{label, ticks};
 use crate::svg::{Scale, escaped, line, polyline, stroke, text};
 
-/// Size of the picture, and the rectangle in which points are drawn: left, top, right, bottom.
+/// Width and height of the picture, CSS pixels.
 const SIZE: [f64; 2] = [560.0, 330.0];
+/// Left, top, right and bottom of the rectangle in which points are drawn, CSS pixels: title above, labels left and below.
 const INSIDE: [f64; 4] = [78.0, 58.0, 546.0, 280.0];
 
 /// A diamond about the place at which it is drawn.

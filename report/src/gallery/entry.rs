@@ -11,10 +11,10 @@ use super::see::Seen;
 use crate::effect_names::capital;
 use crate::plausible::Plausible;
 
-/// Share of an effect below which another is no imitation of it.
+/// Share of an effect that another must explain to be named as its imitator.
 const WORTH_A_NAME: f64 = 0.1;
 
-/// Share from which no fit of these data can tell the two apart.
+/// Share from which no fit of these data can distinguish the two.
 const THE_SAME: f64 = 0.99;
 
 /// An effect that could pass for another.
@@ -51,7 +51,7 @@ pub struct Entry {
     pub plausible: Plausible,
     /// The data that it needs.
     pub needs: Vec<Needs>,
-    /// Whether the model of the picture lacks a part of every model.
+    /// True if the model of the picture lacks a part of every model.
     pub baseline: bool,
 }
 
@@ -89,7 +89,7 @@ impl Entry {
         out
     }
 
-    /// What the picture shows.
+    /// Caption of the picture.
     fn picture(&self) -> String {
         let sizes: Vec<String> = self
             .sizes

@@ -1,4 +1,4 @@
-//! A picture: what the fit leaves, and what an effect takes of it.
+//! A picture: the residual of the fit, and the part of it that an effect explains.
 
 /// Points of the residual, and the curve of the effect through them.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,13 +9,13 @@ pub struct Plot {
     pub x: String,
     /// Quantity and unit of the ordinate.
     pub y: String,
-    /// What the fit leaves.
+    /// Residuals of the fit.
     pub points: Vec<[f64; 2]>,
     /// Indices of points that are emphasised.
     pub marked: Vec<usize>,
-    /// The curve of the effect: pieces of a polyline. Empty if what is drawn is no function of the abscissa.
+    /// The curve of the effect: pieces of a polyline. Empty if what is drawn is not a function of the abscissa.
     pub curve: Vec<Vec<[f64; 2]>>,
-    /// What the effect takes of each point, in their order, where there is no curve.
+    /// Part of each residual that the effect explains, in the order of the points, where there is no curve.
     pub taken: Vec<f64>,
     /// Names of the places 0, 1, ... of the abscissa; empty if it is a number.
     pub names: Vec<String>,

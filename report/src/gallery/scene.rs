@@ -1,4 +1,4 @@
-//! The samples of a fit: what it leaves of each, and what an effect would take of that.
+//! The samples of a fit: the residual of each, and the part of it that an effect would explain.
 
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::fit::fit;
@@ -31,7 +31,7 @@ pub struct Row<'a> {
     pub world_from_tool: Rotation3<f64>,
     /// Measured minus predicted, world axes, m.
     pub residual: Vector3<f64>,
-    /// Its change when the effect is fitted too and everything else is fitted anew.
+    /// Its change when the effect is fitted too and everything else is re-fitted.
     pub taken: Vector3<f64>,
     /// The same of the measured orientation, rad, in the axes of the tool.
     pub turn: Option<[Vector3<f64>; 2]>,

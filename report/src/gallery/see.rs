@@ -25,8 +25,9 @@ const WORTH_A_CURVE: f64 = 0.5;
 /// Share of the whole effect that a view must show.
 const WORTH_A_VIEW: f64 = 0.1;
 
-/// Number of bins of a curve at most, and of samples in each at least.
+/// Largest number of bins of a curve.
 const MOST_BINS: usize = 24;
+/// Fewest samples in a bin.
 const LEAST_IN_BIN: usize = 5;
 
 /// Share of an effect in a view from which its means make a curve; below, every sample is drawn.
@@ -228,7 +229,7 @@ fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa, event: Option<f64>) -> Opti
 /// A sample in a view.
 struct Drawn {
     x: f64,
-    /// What the fit leaves, and what the effect takes of it.
+    /// Residual of the fit, and the part of it that the effect explains.
     left: f64,
     taken: f64,
     /// Square of the length in space of one unit of the ordinate.
@@ -265,7 +266,7 @@ fn binned(seen: &[Drawn], by_value: bool, event: Option<f64>) -> Vec<Bin> {
     bins
 }
 
-/// The residual of every sample, thrice, against what the effect takes of it.
+/// The residual of every sample, thrice, against the part of it that the effect explains.
 fn agreement(scene: &Scene<'_>, turned: bool) -> Plot {
     let (axes, unit) = if turned { ("the tool", "µrad") } else { ("the room", "µm") };
     let pair = |k: usize, a: usize| match &scene.rows[k].turn {

@@ -1,4 +1,4 @@
-//! What is drawn against what.
+//! Axes of the gallery's plots.
 
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
@@ -138,7 +138,7 @@ impl Ordinate {
         }
     }
 
-    /// The residual of a sample, and what the effect takes of it.
+    /// The residual of a sample, and the part of it that the effect explains.
     pub fn pair(self, row: &Row<'_>) -> Option<[f64; 2]> {
         match self {
             Ordinate::Turn(axis) => row.turn.map(|turn| turn.map(|t| t[axis] / URAD)),

@@ -13,7 +13,7 @@ const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
 /// The three indicators on their ball.
 const ICON: &str = include_str!("icon.svg");
-/// What every page can import.
+/// Modules that every page can import.
 const MODULES: &[Module] = modules!("calibench-report", ".":
     "accuracy.js",
     "against.js",
@@ -53,7 +53,7 @@ const MODULES: &[Module] = modules!("calibench-report", ".":
     "verdict.js",
     "workspace.js",
 );
-/// What runs before anything is drawn.
+/// Script that runs before anything is drawn.
 const HEAD: Module = Module { name: "calibench-report/head.js", text: include_str!("head.js") };
 /// The script of a report.
 const REPORT: Module = Module { name: "calibench-report/report.js", text: include_str!("report.js") };

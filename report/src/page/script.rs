@@ -24,13 +24,13 @@ macro_rules! modules {
     };
 }
 
-/// Why modules cannot be linked.
+/// Reasons why modules cannot be linked.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LinkError {
     /// A module imports one that is not there.
     Unknown {
-        /// Who imports it.
+        /// Module that imports it.
         importer: &'static str,
         /// Its name.
         imported: String,
@@ -39,7 +39,7 @@ pub enum LinkError {
     Circle(&'static str),
     /// An import that is not by name, or does not end.
     Import {
-        /// Whose it is.
+        /// Module that exports it.
         importer: &'static str,
         /// Its first line.
         line: String,
@@ -70,7 +70,7 @@ pub fn linked(entry: Module, modules: &[&[Module]]) -> Result<String, LinkError>
     Ok(linker.script)
 }
 
-/// The same; the script of modules that do not fit together says why, to whoever opens the page.
+/// The same; if modules do not fit together, the script throws an error that says why.
 pub(crate) fn linked_or_told(entry: Module, modules: &[&[Module]]) -> String {
     linked(entry, modules).unwrap_or_else(|error| format!("throw new Error({:?});\n", error.to_string()))
 }
@@ -144,7 +144,7 @@ impl Linker<'_> {
     }
 }
 
-/// What follows a comment of types, which has lines of its own: from one that begins with `/**` to one that ends with `*/`.
+/// The text after a comment of types on lines of its own, which begins with `/**` and ends with `*/`.
 fn after_comment(text: &str) -> Option<&str> {
     let comment = text.trim_start_matches(' ').strip_prefix("/**")?;
     let (_, after) = comment.split_once("*/")?;

@@ -11,7 +11,7 @@ use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{LadderStep, ladder as climb};
 use calibench::selection::{Advice, Objection, ToDo};
 
-/// The ladder as a document; its key `complete` is true if it was climbed to its end.
+/// The ladder as a document; its key `complete` is true if it was run to its end.
 ///
 /// # Errors
 /// Those of the ladder.

@@ -49,7 +49,7 @@ impl Bench {
     /// Switches an effect on or off. Switched on, it is added as `add` does; if that is refused, only with `force`.
     ///
     /// # Errors
-    /// If there is no such effect, or the data do not determine what is left.
+    /// If there is no such effect, or the data do not determine the remaining ones.
     pub fn switch(&self, id: &str, on: bool, force: bool) -> Result<Value, Refusal> {
         let _alone = self.act();
         let here = self.here();
@@ -100,7 +100,7 @@ impl Bench {
     pub fn recommend(&self) -> Result<Value, Refusal> {
         let cancelled = self.cancelled.load(Ordering::SeqCst);
         let is_cancelled = || self.cancelled.load(Ordering::SeqCst) != cancelled;
-        // The climb takes long, and keeps no other action waiting.
+        // The ladder takes long, and keeps no other action waiting.
         let Judged { moment: here, page_model, .. } = self.judged()?;
         let mut observe = |climb: Climb<'_>| {
             if is_cancelled() {
@@ -127,7 +127,7 @@ impl Bench {
         Ok(answer)
     }
 
-    /// Ends the ladder that is being climbed, at its next step; its result is not taken in any case.
+    /// Ends the ladder that is being run, at its next step; its result is not taken in any case.
     pub fn cancel(&self) -> Value {
         self.cancelled.fetch_add(1, Ordering::SeqCst);
         json!({})
@@ -154,7 +154,7 @@ impl Bench {
     /// Reads a model file for the present data.
     ///
     /// # Errors
-    /// If the file is no model of this robot.
+    /// If the file is not a model of this robot.
     pub fn read_model(&self, path: &Path) -> Result<Model, FileError> {
         let dataset = &self.case.datasets[self.here().chosen[0]].1;
         read_model(path, &Subject::new(&dataset.robot, &dataset.ball_ids()))
@@ -243,8 +243,8 @@ impl Bench {
         Ok(set.scores.objections((added, gains), &scores, below.as_ref().map(|p| &p.ladder_step)))
     }
 
-    /// The answer to an action: whether it was done, the objections to it, and the figures of the fit before and after; the
-    /// page is asked for next.
+    /// The answer to an action: true if it was done, the objections to it, and the figures of the fit before and after; the
+    /// page is requested next.
     fn answer(&self, before: &Moment, after: &Moment, objections: &[Objection]) -> Value {
         let (accepted, figures) = {
             let mut state = self.state();
@@ -353,7 +353,7 @@ impl Bench {
         Ok(self.place.save_urdf(&calibration.robot, &compensator.rigid())?)
     }
 
-    /// The present calibration, if it can be believed, or the data were taken all the same.
+    /// The present calibration, if it is credible or the data were accepted by force.
     fn calibration(&self) -> Result<Calibration, Refusal> {
         let Some(calibration) = self.state().set().map(|set| set.scores.calibration.clone()) else {
             return Err(Refusal::Changed);
@@ -378,7 +378,7 @@ impl Bench {
     }
 }
 
-/// A step of the ladder as it is climbed, in one line.
+/// A step of the ladder as it is run, in one line.
 fn narrated(climb: &Climb<'_>) -> String {
     match climb {
         Climb::Trying(effect) => format!("Trying {} …", each_called(effect)),
@@ -388,7 +388,7 @@ fn narrated(climb: &Climb<'_>) -> String {
     }
 }
 
-/// An effect in words, as it was asked for.
+/// An effect in words, as it was requested.
 fn words(at: &Moment, id: &str) -> String {
     at.switches.find(id).map_or_else(|| in_words(id), |switch| switch.words())
 }

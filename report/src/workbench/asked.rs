@@ -1,4 +1,4 @@
-//! What a page asks, by name, with a JSON body.
+//! Requests of a page, by name, with a JSON body.
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -39,11 +39,11 @@ pub enum Unanswered {
     /// The body is not what the question needs.
     #[error("this is not what is asked here: {0}")]
     Malformed(#[from] serde_json::Error),
-    /// The question was of a model that is no longer the present one. No mistake, and for a page that asked nothing to be told:
-    /// it has asked for the new model already.
+    /// The question was about a model that is not the present one any longer. Not a mistake, and the page need not be told: it
+    /// has requested the new model already.
     #[error("the model has changed in the meantime")]
     Changed,
-    /// What was asked for cannot be done.
+    /// What was requested cannot be done.
     #[error("{message}")]
     Refused {
         /// The field of the page in error, if it is one.

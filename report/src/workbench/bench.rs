@@ -1,4 +1,4 @@
-//! The bench: the opened data, where the user stands, and the answers about it.
+//! The bench: the opened data, the user's place in the history, and the answers about it.
 //!
 //! A switch is answered with the figures of its fit; the judgement, the samples and the candidates' curves are computed in
 //! the background, for the present set of effects, in this order; where nobody works in the background, whoever waits for
@@ -35,9 +35,9 @@ pub struct Bench {
     pub(super) acting: Mutex<()>,
     /// True once somebody computes in the background.
     pub(super) worked: AtomicBool,
-    /// Number of times that whoever waited for a ladder waited no more.
+    /// Number of ladders that were cancelled by those who waited for them.
     pub(super) cancelled: AtomicU64,
-    /// What is being done, for whoever waits for an action.
+    /// Description of the current computation, for whoever waits for an action.
     doing: Mutex<String>,
     /// Receives the same as it changes.
     told: Box<dyn Fn(&str) + Send + Sync>,
@@ -97,7 +97,7 @@ impl Bench {
         (self.told)(line);
     }
 
-    /// What is being done.
+    /// Progress of the current computation.
     pub(super) fn progress(&self) -> Value {
         json!({"doing": *self.doing.lock().unwrap_or_else(PoisonError::into_inner)})
     }

@@ -1,4 +1,4 @@
-//! What was computed for sets of effects, kept so that switching back is immediate.
+//! Results for sets of effects, kept so that switching back is immediate.
 
 use std::sync::Arc;
 

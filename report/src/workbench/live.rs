@@ -1,4 +1,4 @@
-//! What a live page needs beside the document: the switches, and the other things that can be done.
+//! Additions to the document that a live page needs: the switches, and the other possible actions.
 
 use calibench::identify::calibration::Calibration;
 use serde_json::{Value, json};

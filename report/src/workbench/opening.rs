@@ -83,7 +83,7 @@ pub fn located_misfit(misfit: &Misfit) -> String {
 /// The model of the given file, or the default model for the data.
 ///
 /// # Errors
-/// If the file is no model of this robot.
+/// If the file is not a model of this robot.
 pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, FileError> {
     let first = &datasets[0].1;
     Ok(match path {
@@ -115,7 +115,7 @@ impl Case {
     /// The case of datasets read from these folders, with the initial model of a file, or the default one.
     ///
     /// # Errors
-    /// If the file is no model of this robot.
+    /// If the file is not a model of this robot.
     pub fn of_datasets(folders: &[PathBuf], datasets: Vec<(String, Dataset)>, model: Option<&Path>) -> Result<Self, FileError> {
         let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
         Ok(Case {

@@ -17,7 +17,7 @@ pub enum Refusal {
         /// Description of the error, and the remedy.
         message: String,
     },
-    /// What was asked for is of a model that is no longer the present one.
+    /// The request is for a model that is not the current one any longer.
     #[error("the model has changed in the meantime")]
     Changed,
     /// Nobody waits for it any more.

@@ -1,4 +1,4 @@
-//! What changes as the user acts.
+//! State that changes as the user acts.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use super::history::{History, Moment};
 use super::kept::{Kept, Set};
 use crate::objection_sentence;
 
-/// Number of candidates that are fitted before anyone asks for them: those that the page lists.
+/// Number of candidates that are fitted before they are requested: those that the page lists.
 const LISTED: usize = 8;
 
-/// What changes as the user acts.
+/// State that changes as the user acts.
 pub(super) struct State {
     pub history: History,
     pub kept: Kept,
@@ -23,13 +23,13 @@ pub(super) struct State {
 }
 
 impl State {
-    /// What is kept of the present set.
+    /// Results for the current set.
     pub fn set(&self) -> Option<&Set> {
         let here = self.history.here();
         self.kept.find(&here.chosen, &here.model)
     }
 
-    /// What is kept of a moment's set, to be added to.
+    /// Results for a moment's set, to be added to.
     pub fn set_mut(&mut self, of: &Moment) -> Option<&mut Set> {
         self.kept.find_mut(&of.chosen, &of.model)
     }

@@ -14,7 +14,7 @@ use calibench::identify::Model;
 pub(super) struct Switch {
     /// Its id in a model.
     pub effect: String,
-    /// The id by which it was asked for: of a curve, the joint and the variable.
+    /// The id by which it was requested: of a curve, the joint and the variable.
     pub asked: String,
     /// True if it is part of the model.
     pub on: bool,
@@ -90,7 +90,7 @@ impl Switches {
         anew
     }
 
-    /// The same with the effects `added` of `wider` on as well, each as that model has it; a single one was asked for as
+    /// The same with the effects `added` of `wider` on as well, each as that model has it; a single one was requested as
     /// `asked`.
     pub fn with(&self, wider: &Model, added: &[String], asked: &str) -> Self {
         let mut with = self.clone();

@@ -1,5 +1,5 @@
-//! What is computed in the background for the present set of effects: first its judgement, then its samples, then the curves
-//! of its candidates, so that looking at one is a look-up.
+//! Background computations for the current set of effects: first its judgement, then its samples, then the curves of its
+//! candidates, so that looking at one is a look-up.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use super::history::Moment;
 use super::state::{State, listed};
 use crate::{FittedCandidate, PageModel, Views};
 
-/// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
+/// Number of candidates fitted at the same time: a requested candidate waits for these at most.
 const TOGETHER: usize = 2;
 
 /// Threads that fit candidates: half of the processors, so that a switch that is turned meanwhile finds the others free.

@@ -1,5 +1,5 @@
 //! docs/figures.md lists the figures as the program has them, and the glossary calls them so. `CALIBENCH_WRITE_SCHEMAS=1` writes
-//! the page anew.
+//! the page again.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use calibench_report::{FIGURES, figures_table};
 
 use crate::schemas_are_written_down::{is_text_of, repository};
 
-/// What the page says before its table.
+/// Text of the page before its table.
 const HEAD: &str = "# The figures
 
 Every figure by which a calibration is judged has one name on all screens and in all documents, and one function that computes it.

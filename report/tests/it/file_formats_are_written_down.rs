@@ -1,5 +1,5 @@
 //! docs/formats holds the JSON Schema of every file that the program reads, its keys, and an example.
-//! `CALIBENCH_WRITE_SCHEMAS=1` writes schemas and keys anew. The schemas are judged by a validator that shares no code with
+//! `CALIBENCH_WRITE_SCHEMAS=1` rewrites schemas and keys. The schemas are judged by a validator that shares no code with
 //! the readers: both accept the same files, and refuse the same.
 
 use std::collections::BTreeMap;
@@ -53,7 +53,7 @@ impl Judge {
         Judge { schemas, of }
     }
 
-    /// What the schema says of a file.
+    /// Verdict of the schema on a file.
     fn verdict(&self, format: &str, text: &str) -> Result<(), String> {
         let (schema, index) = &self.of[format];
         let documents = match format {
@@ -94,7 +94,7 @@ fn rows(text: &str, schema: &Value) -> Vec<Value> {
     table.records().map(|record| row(record.unwrap())).collect()
 }
 
-/// What the reader says of a file that lies among the examples.
+/// Verdict of the reader on a file that lies among the examples.
 fn read(format: &str, path: &Path) -> Result<(), FileError> {
     let beside = path.parent().unwrap();
     match format {
@@ -187,7 +187,7 @@ fn every_example_is_accepted_by_its_reader_and_by_its_schema() {
     }
 }
 
-/// What makes an example wrong: format, a part of its text, and what stands in its place.
+/// Faults of examples: format, a part of its text, and its replacement.
 const WRONG: &[[&str; 3]] = &[
     ["robot", "d_mm = 400.0\n", ""],
     ["robot", "min_deg = -170.0", "min_rad = -3.0"],

@@ -57,7 +57,7 @@ pub fn keys(root: &Value) -> String {
     page
 }
 
-/// What stands in place of a default.
+/// Entry for a key without a default.
 const REQUIRED: &str = "required";
 
 /// The keys of a table: how they are written, their values, their defaults, their meanings.
@@ -88,7 +88,7 @@ fn rows(table: &Value, root: &Value) -> Vec<[String; 4]> {
     named.chain(patterns).map(row).collect()
 }
 
-/// What stands behind a key.
+/// Description of the value of a key.
 fn value_of(schema: &Value, root: &Value) -> String {
     let empty = Map::new();
     let keys = schema.as_object().unwrap_or(&empty);

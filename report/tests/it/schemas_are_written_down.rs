@@ -1,4 +1,4 @@
-//! docs/schema holds the JSON Schema of every document as the program has it. `CALIBENCH_WRITE_SCHEMAS=1` writes it anew.
+//! docs/schema holds the JSON Schema of every document as the program has it. `CALIBENCH_WRITE_SCHEMAS=1` rewrites it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use calibench_report::documents::schemas;
 use schemars::Schema;
 
-/// Where the sources lie.
+/// Root of the sources.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Asserts that this text is in a file, or writes it there if that is what is asked for.
+/// Asserts that this text is in a file, or writes it there if that is what is requested.
 pub fn is_text_of(path: &Path, text: &str) {
     if std::env::var_os("CALIBENCH_WRITE_SCHEMAS").is_some() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();

@@ -36,7 +36,7 @@ pub struct Campaign {
     pub probings: usize,
     /// Mean true position error over the validation poses, m.
     pub error: f64,
-    /// True if an adaptive campaign held its error to be as small as wanted.
+    /// True if an adaptive campaign held its error to be as small as requested.
     pub enough: bool,
 }
 

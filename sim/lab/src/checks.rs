@@ -1,6 +1,6 @@
 //! Checks of simulated cells: how often a check finds what happened to a robot since its calibration, and names it.
 //!
-//! Each cell is drawn anew, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
+//! Each cell is sampled, measured and calibrated; then something happens to it, or nothing, and the sentinel poses are probed
 //! again by the controller that probed them first, one after the other, until the check is settled.
 
 use calibench::identify::calibration::IdentifyError;
@@ -101,7 +101,7 @@ pub enum ChecksError {
 /// The outcome of one check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What happened.
+    /// The injected fault.
     pub fault: Fault,
     /// True if the check reported a change.
     pub found: bool,
@@ -278,7 +278,7 @@ impl Drawn {
 /// A row of the table of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// What happened.
+    /// The injected fault.
     pub fault: Fault,
     /// Number of checks.
     pub checks: usize,

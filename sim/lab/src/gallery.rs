@@ -26,34 +26,35 @@ pub use campaigns::{Campaign, of_scenario};
 
 use crate::injection::{InjectedNoise, NoiseChoice, Subject};
 
-/// What the fitted model leaves of an effect is made this large, rms in units of the noise, where one plausible size leaves less:
-/// a picture of noise shows nothing.
+/// Size of an effect's residual after the fit of the model, rms in units of the noise, to which it is enlarged where one
+/// plausible size leaves less: a picture of noise shows nothing.
 const SHOWS: f64 = 3.0;
 
-/// Shares between which a second picture shows what is left beside the best imitator: below, it is no imitation; above, nothing
-/// is left.
+/// Shares of an effect, explained by its best imitator, between which a second picture shows the residual of that fit: below,
+/// it is not an imitation; above, nothing is left.
 const BESIDE: std::ops::Range<f64> = 0.5..0.97;
 
 /// Order of a ripple, per turn, and part of the session after which events occur.
 const ORDER: &str = "17";
+/// Part of the session after which events occur, as a share of it: well inside, with samples on both sides.
 const DURING: f64 = 0.4;
 
 /// Share of the best score from which a member is as good as the best; the first of them is shown.
 const NEARLY: f64 = 0.5;
 
-/// How much more a later campaign must show to be preferred.
+/// Ratio of scores from which a later campaign is preferred, dimensionless.
 const BETTER: f64 = 1.5;
 
-/// Weight of a coupling of joints that are no neighbours.
+/// Weight of a coupling of joints that are not neighbours; that of neighbours is 1.
 const UNLIKELY: f64 = 0.1;
 
-/// Least part of the noise that must be left of one plausible size, for an effect to be shown in a campaign.
+/// Smallest residual of an effect of one plausible size that a campaign can show, rms in units of the noise.
 const LEAST: f64 = 1e-3;
 
 /// A family that no campaign can show, and what they lack.
 pub type Lack = (String, String);
 
-/// Why there is no gallery.
+/// Reasons why there is no gallery.
 #[derive(Debug, Error)]
 pub enum GalleryError {
     /// An effect could not be fitted.
@@ -158,7 +159,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// When events occur, s.
+    /// Time at which events occur, s.
     fn moment(&self) -> Option<String> {
         let (_, first) = self.named[0];
         let last = first.samples.iter().filter(|s| Use::Fit.takes(s)).filter_map(|s| s.time_s).reduce(f64::max)?;
@@ -180,8 +181,8 @@ impl<'a> Ground<'a> {
         }))
     }
 
-    /// How likely a member is to be met, of the most likely: what follows a joint's torque belongs to a loaded joint, and what
-    /// couples two joints to neighbours.
+    /// Relative likelihood of a member, 1 for the most likely: an effect that follows a joint's torque belongs to a loaded
+    /// joint, and one that couples two joints to neighbours.
     fn likely(&self, family: &Family, id: &str) -> f64 {
         let id = EffectId::new(id);
         let (_, first) = self.named[0];
@@ -198,7 +199,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// True if a diagnosis of this campaign would offer an effect, or if it is only ever asked for.
+    /// True if a diagnosis of this campaign would offer an effect, or if it is only ever requested.
     fn offers(&self, family: &Family, id: &str) -> bool {
         let balls_alone = || {
             let samples = self.named.iter().flat_map(|(_, d)| &d.samples);
@@ -223,7 +224,7 @@ impl<'a> Ground<'a> {
         Ok(self.examination.visible_rms(&self.named, &effects)?)
     }
 
-    /// What an effect lacks in this campaign.
+    /// The reason why this campaign cannot show an effect.
     fn lacks(&self, id: &str) -> Option<&'static str> {
         let (_, first) = self.named[0];
         let balls = first.ball_ids();

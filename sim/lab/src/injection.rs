@@ -1,4 +1,4 @@
-//! What data can show: the effects of the catalogue are injected, one at a time, into measurements at the user's own postures
+//! Detectable effects: those of the catalogue are injected, one at a time, into measurements at the user's own postures
 //! and with the user's own noise, and the diagnosis looks for them.
 
 mod measurements;
@@ -91,7 +91,7 @@ pub struct Subject<'a> {
     noise: InjectedNoise,
     /// Joint angles at which errors are judged, rad.
     poses: Vec<Vec<f64>>,
-    /// True if nothing measured is known in the world, so that base and tool are fitted anew wherever a robot is judged.
+    /// True if nothing measured is known in the world, so that base and tool are re-fitted wherever a robot is judged.
     anew: bool,
     /// Smallest detectable size of each effect, in plausible sizes.
     smallest: BTreeMap<String, Option<f64>>,
@@ -166,7 +166,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The members of the catalogue that these data can test, those to be scanned at an order or moment drawn for each.
+/// The members of the catalogue that these data can test, those to be scanned at an order or moment sampled for each.
 fn effects_of(datasets: &[(&str, &Dataset)], model: &Model, library: &Library, seed: u64) -> Vec<String> {
     let ids: Vec<&String> = library.candidates.iter().map(|c| &c.id).collect();
     // A family as a whole is the sum of its members.

@@ -1,4 +1,4 @@
-//! Monte-Carlo studies: a scenario, at one point or several, carried out repeatedly with every error drawn anew.
+//! Monte-Carlo studies: a scenario, at one point or several, carried out repeatedly with every error sampled again.
 //!
 //! A trial is the whole procedure: mastering, probing, identification, validation, by TriCal, by tracker or by both. Trial `k` of a
 //! point uses stream `k` of the scenario's seed, independent of machine, thread and other trials; all points share the streams,

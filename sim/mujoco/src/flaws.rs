@@ -16,7 +16,7 @@ pub struct MujocoFlaws {
     stiffness: Vec<f64>,
 }
 
-/// Upper bound on the inertia of the arm about a pedestal or a bearing, kg·m²: the rotor is to be no smaller.
+/// Upper bound on the inertia of the arm about a pedestal or a bearing, kg·m²: the rotor's inertia is at least this.
 const STRETCHED_OUT: f64 = 20.0;
 
 /// A wheel with dry friction, tied to a joint.

@@ -23,9 +23,9 @@ use calibench_sim::plunger::{Mechanism, PresentedBall};
 const DAMPING_RATIO: f64 = 1.0;
 /// Stiffness of a gear specified without compliance, N·m/rad: 1 N at 1 m turns it by 1e-9 rad.
 const RIGID: f64 = 1e9;
-/// Inertia of a plunger (as an armature, without weight) per unit of its driving force, kg/N, and the speed that this force
-/// gives it, m/s.
+/// Inertia of a plunger (as an armature, without weight) per unit of its driving force, kg/N.
 const PLUNGER_INERTIA: f64 = 1.0;
+/// Speed that the driving force gives a free plunger, m/s: it sets the damping.
 const PLUNGER_SPEED: f64 = 0.04;
 /// Thickness of the disks, m, the same as in the analytic plant.
 const DISK_THICKNESS: f64 = 2.0 * MM;

@@ -14,8 +14,9 @@ use calibench_sim::plant::{BallForm, Parts, Plant, PlantError, Stand};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 
-/// Size of a picture, pixels.
+/// Width of a picture, pixels.
 const WIDTH: u32 = 1600;
+/// Height of a picture, pixels.
 const HEIGHT: u32 = 1200;
 
 /// Errors of rendering a picture.

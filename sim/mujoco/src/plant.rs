@@ -18,8 +18,9 @@ const AT_REST: f64 = 2e-11;
 const STEPS: usize = 10;
 /// Settling is abandoned after this many steps.
 const MOST_STEPS: usize = 10_000;
-/// A joint with friction travels this last stretch of its path under friction, rad, in this many steps.
+/// Last stretch of a joint's path that is travelled under friction, rad.
 const REMEMBERED_WAY: f64 = 2e-3;
+/// Number of steps in which it is travelled: 0.01 mrad each.
 const REMEMBERED_STEPS: usize = 200;
 /// A plunger further than this from its end is in contact, m: contact and limits are compliant by some nanometres.
 const TOUCHES: f64 = 1e-7;

@@ -22,8 +22,11 @@ enum Shows {
 /// On/off settings: name and factory state.
 const SWITCHES: [(&str, bool); 6] =
     [("STO", false), ("KEY", true), ("ECO", false), ("AOFF", true), ("OUT", false), ("TOL", false)];
+/// Index of `STO` in [`SWITCHES`]: the display is held.
 const HOLD: usize = 0;
+/// Index of `OUT` in [`SWITCHES`]: readings are sent continuously.
 const OUTPUT: usize = 4;
+/// Index of `TOL` in [`SWITCHES`]: readings are compared with limits.
 const TOLERANCE: usize = 5;
 
 /// An indicator and its settings.

@@ -13,9 +13,11 @@ use super::fault::Fault;
 use super::service::Loop;
 use super::variables::Access;
 
-/// Actions known to the plain program only, with RoboDK's numbers.
+/// Action "set speed", by RoboDK's number; known to the plain program only.
 const SET_SPEED: i64 = 6;
+/// Action "wait", by RoboDK's number; known to the plain program only.
 const WAIT: i64 = 9;
+/// Action "set a digital output", by RoboDK's number; known to the plain program only.
 const SET_OUTPUT: i64 = 10;
 
 /// Factor on the duration of a slow motion.

@@ -10,10 +10,11 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
-/// Clamps of the hose: distance behind the centre of the wrist, beside the forearm's axis, and in front of the centre
-/// of the wrist, m.
+/// Distance of the hose's rear clamp behind the centre of the wrist, m.
 const BEHIND: f64 = 0.15;
+/// Distance of the rear clamp from the forearm's axis, m.
 const BESIDE: f64 = 0.06;
+/// Distance of the front clamp from the centre of the wrist, m.
 const BEFORE: f64 = 0.10;
 
 /// Slack length of the hose, m: the straight wrist stretches it by a fifth, the bent wrist lets it hang.

@@ -22,13 +22,15 @@ use crate::contact::TRAVEL;
 const LARGEST: f64 = 1e9;
 /// Limit on the balls of one artifact.
 const MOST_BALLS: usize = 100;
-/// Limits on the poses of one plan, the candidates for them (their Jacobian then takes 100 MB), the starts of the search, and
-/// the validation poses.
+/// Largest number of poses of one plan.
 const MOST_POSES: usize = 2_000;
+/// Largest number of candidates for them: their Jacobian then takes 100 MB.
 const MOST_CANDIDATES: usize = 100_000;
+/// Largest number of starts of the search.
 const MOST_STARTS: usize = 100;
+/// Largest number of validation poses.
 const MOST_VALIDATION_POSES: usize = 20_000;
-/// Limit on the force of an indicator's spring, N.
+/// Largest force of an indicator's spring, N.
 const MOST_FORCE: f64 = 100.0;
 /// Lowest joint speed, deg/s, with which a session still ends.
 const SLOWEST: f64 = 1e-3;

@@ -8,9 +8,9 @@ use super::sources::Sources;
 
 /// Allowed number of balls of an artifact, fixed ones included.
 const BALLS: [usize; 2] = [3, 8];
-/// Limits on the places of the grid, riser heights included, and on the postures of all places (their Jacobians then
-/// take half a gigabyte).
+/// Largest number of places of the grid, riser heights included.
 const MOST_PLACES: usize = 20_000;
+/// Largest number of postures of all places: their Jacobians then take half a gigabyte.
 const MOST_POSTURES: usize = 400_000;
 
 /// Checks that the numbers make sense, and that the balls named exist. The bodies are checked when they are removed: in the

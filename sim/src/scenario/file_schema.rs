@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 
 use super::ScenarioToml;
 
-/// Where a schema keeps the tables that it refers to.
+/// Path in a schema under which the tables that it refers to are kept.
 const TABLES: &str = "#/$defs/";
-/// What the name of a table ends in for the keys that it must have in a file that extends no other.
+/// Suffix of a table's name for the keys that are required in a file that extends no other.
 const COMPLETE: &str = "_complete";
 
 /// The schema of a scenario file.

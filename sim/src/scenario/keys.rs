@@ -60,7 +60,7 @@ pub struct ScenarioToml {
     /// Bodies on the flange, flange frame.
     #[serde(default)]
     pub carried: Vec<CarriedToml>,
-    /// How poses are found and chosen.
+    /// Search for and selection of poses.
     pub plan: PlanToml,
     /// Tolerance of a centred ball.
     pub centring: CentringToml,
@@ -222,7 +222,7 @@ pub struct NoiseToml {
 pub struct SolidToml {
     /// Name of the body.
     pub name: String,
-    /// Whether it is removed, with the balls, before the tracker measures.
+    /// True if it is removed, with the balls, before the tracker measures.
     #[serde(default)]
     pub on_artifact: bool,
     /// Box: lower corner, world frame, mm.
@@ -269,7 +269,7 @@ pub enum Order {
     BallByBall,
 }
 
-/// How poses are found and chosen.
+/// Search for and selection of poses.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -303,7 +303,7 @@ pub struct PlanToml {
     pub order: Order,
 }
 
-/// When a ball is centred.
+/// Conditions under which a ball counts as centred.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

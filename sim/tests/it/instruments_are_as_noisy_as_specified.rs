@@ -13,6 +13,7 @@ use calibench_sim::tracker::{SimulatedTracker, TrackerSpec};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 const CENTRED: PresentedBall = PresentedBall { centre: Vector3::new(0.0, 0.0, 0.0), radius: DATUM_RADIUS };
+/// Number of measurements: their covariance has a relative standard error of 1 %.
 const SHOTS: u32 = 20_000;
 /// Gaussian noise, with a fresh seed, exceeds this many standard errors with probability 1e-6 per entry, 2e-5 over this
 /// whole file.

@@ -17,6 +17,7 @@ const PROMISE: f64 = 1e-9;
 /// most sqrt(R / 0.2 mm) = 8 times by the slope of the ball, and Newton's remaining error is less than its last step of 1e-13
 /// m.
 const ROUNDING: f64 = 2e-13;
+/// Tip coordinate at a reading of zero, m.
 const ZERO_TIP: f64 = MASTER_RADIUS - MASTER_READING;
 
 /// Overlap of the ball with the disk's rim: near zero it only grazes it.

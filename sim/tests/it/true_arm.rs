@@ -11,9 +11,9 @@ use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::load_scenario;
 use nalgebra::Point3;
 
-/// Indicators read to 1 um, balls are known and round to some um; a reading of 3 mm also has the error of its gauge's
-/// angles, some 1e-3 of it.
+/// Largest error at a reading of zero, m: indicators read to 1 um, and balls are known and round to some um.
 const AT_ZERO: f64 = 30.0 * UM;
+/// Further error as a share of the reading: the angles of its gauge err by some 1e-3.
 const OF_A_READING: f64 = 5e-3;
 
 /// Flange to TCP is one rigid body.

@@ -19,8 +19,9 @@ use crate::subject::Subject;
 const WIDTH: f64 = 9.0;
 /// Edge beyond the outermost line: a free plunger reads 6 mm.
 const EDGE: f64 = OUTERMOST + 0.4;
-/// Width of a ball's panel, and distance to the next.
+/// Width of a ball's panel, in the unit of the charts.
 const PANEL: f64 = 5.5;
+/// Distance from one panel to the next, in the unit of the charts: a gap of one unit.
 const NEXT_PANEL: f64 = 6.5;
 
 /// Visible range of the chart of readings: x, then y, which points down.

@@ -5,19 +5,25 @@ use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
 use crate::ViewError;
 use crate::paint::{self, dim, solid};
 
-/// Half the width of background lines and of current lines, and radius of the stops of the latter, in points of the screen.
+/// Half the width of background lines, points of the screen.
 const FINE: f32 = 0.5;
+/// Half the width of current lines, points of the screen.
 const BOLD: f32 = 1.75;
+/// Radius of the stops of current lines, points of the screen.
 const DOT: f32 = 4.0;
 
-/// Brightness of scales, and of data of other times.
+/// Brightness of scales, 0 to 1.
 const SCALE: f32 = 0.35;
+/// Brightness of data of other times, 0 to 1.
 const OTHERS: f32 = 0.45;
 
-/// Drawing order.
+/// Drawing order of the tolerance band, dimensionless: higher values are in front.
 const BAND: f32 = -3.0;
+/// Drawing order of grid lines.
 const GRID: f32 = -2.0;
+/// Drawing order of data of other times.
 const BACK: f32 = -1.0;
+/// Drawing order of current data.
 const FRONT: f32 = 1.0;
 
 /// A point of a chart; the viewer's second axis points down.

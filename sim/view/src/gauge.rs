@@ -10,10 +10,11 @@ use crate::ViewError;
 use crate::paint::{self, solid};
 use crate::scene::{single, transform};
 
-/// Dimensions of the rendered plungers, m: tip and spindle of an ordinary indicator; only the tip's radius matters to
-/// the measurement.
+/// Length of a rendered tip, m: that of an ordinary indicator.
 const TIP: f64 = 3.0 * MM;
+/// Length of a rendered spindle, m: that of an ordinary indicator, which the measurement does not depend on.
 const SPINDLE: f64 = 36.0 * MM;
+/// Radius of a rendered spindle, m: likewise.
 const SPINDLE_RADIUS: f64 = 2.25 * MM;
 
 /// Entity of the plungers' numbers: hidden where the gauge is shown small.

@@ -15,8 +15,9 @@ const LONGEST: f64 = 0.15;
 /// Radius of the dot that represents a ball or point, m: a whole ball would hide the residual after a step.
 const TARGET: f32 = 0.002;
 
-/// Radii of arrows, m: those after a step are short at the scale of those before, and must be visible beside them.
+/// Radius of the arrows before a step, and of those of the last step, m.
 const FINE: f32 = 0.0015;
+/// Radius of the arrows after a step, m: these are short at the scale of those before, and must be visible beside them.
 const BOLD: f32 = 0.004;
 
 /// One step as displayed.

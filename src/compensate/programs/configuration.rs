@@ -9,10 +9,10 @@ use crate::robot::{FramePose, Pose};
 use crate::units::DEG;
 
 /// A posture may be this far (rad, m) on the other side of the border between two configurations: programs hold positions
-/// rounded to 0.01 mm and 0.01 deg, and joints stand at zero.
+/// rounded to 0.01 mm and 0.01 deg, and joints are at zero.
 const ROUNDED: f64 = 0.1 * DEG;
 
-/// The sides of a posture that a configuration tells apart; each is zero at a singularity.
+/// The sides of a posture that a configuration distinguishes; each is zero at a singularity.
 struct Sides {
     /// The wrist's centre in front of axis 1, m.
     front: f64,
@@ -22,17 +22,17 @@ struct Sides {
     bowed: f64,
 }
 
-/// How a configuration was understood.
+/// Interpretation of a configuration.
 pub(super) enum Meant {
     /// These joints (rad).
     Joints(Vec<f64>),
     /// The program says nothing: the posture nearest to the previous position.
     Default,
-    /// It says something that this arm does not have: as above, and to be told.
+    /// The configuration does not exist for this arm: as above, with a remark.
     Unmapped,
 }
 
-/// The nominal joints (rad) that reach a pose (in the frame of the targets) as the configuration wants them.
+/// The nominal joints (rad) that reach a pose (in the frame of the targets) in this configuration.
 ///
 /// # Errors
 /// When postures reach the pose and none is so configured.
@@ -59,7 +59,7 @@ pub(super) fn posture_of(compensator: &Compensator<'_>, pose: &Pose, configurati
     best.map(|q| Meant::Joints(q.to_vec())).ok_or(Refusal::NoSuchConfiguration)
 }
 
-/// How far (rad, m) the joints `q` are on the wrong side of any border.
+/// Distance (rad, m) of the joints `q` beyond any border of the configuration.
 fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &[f64; 6]) -> f64 {
     let below = |side: f64, is_negative: bool| if is_negative { side } else { -side };
     let outside = |q: f64, from: f64, to: f64| (from - q).max(q - to);

@@ -126,7 +126,7 @@ fn places(body: &str) -> Vec<String> {
         let follows_word = rest[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         let from = &rest[at..];
         let Some(end) = from.find(']') else { break };
-        // An offset's register, `Offset,PR[1]`, is no destination.
+        // An offset's register, `Offset,PR[1]`, is not a destination.
         if !follows_word && !rest[..at].trim_end().ends_with(',') {
             let name = from[..end].split(':').next().unwrap_or("");
             found.push(format!("{name}]"));

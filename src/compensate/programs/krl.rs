@@ -15,7 +15,7 @@ const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 /// Words before the name in a declaration.
 const DECLARING: [&str; 10] = ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
 
-/// What the statements of all files do with names.
+/// Uses of names in the statements of all files.
 #[derive(Default)]
 struct Uses {
     /// Moved to.
@@ -36,7 +36,7 @@ struct Statement {
     capitals: String,
 }
 
-/// What an aggregate `{...}` holds.
+/// Fields of an aggregate `{...}`, with the place of each value.
 struct Aggregate {
     fields: Vec<(String, Range<usize>)>,
 }
@@ -125,7 +125,7 @@ fn scan_file(text: &Text, uses: &mut Uses) -> Scan {
     for statement in statements(text) {
         let mut end_of_last = 0;
         while let Some(pair) = pairs.next_if(|pair| pair.open < statement.at.end) {
-            // Aggregates within aggregates are no positions: loads have frames of their own.
+            // Aggregates within aggregates are not positions: loads have frames of their own.
             if pair.open >= end_of_last {
                 end_of_last = pair.close;
                 aggregate(text, &statement, pair, uses, &mut scan);

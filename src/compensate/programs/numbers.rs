@@ -10,31 +10,31 @@ use crate::compensate::fake_file::written;
 use crate::robot::{FramePose, Pose, rotation_vector};
 use crate::units::{DEG, MM};
 
-/// Decimals: 0.1 nm.
+/// Decimals of a length in mm: 0.1 nm.
 const OF_MM: usize = 7;
-/// 2e-11 rad.
+/// Decimals of an angle in deg: 2e-11 rad.
 const OF_DEG: usize = 9;
-/// 0.1 nm.
+/// Decimals of a length in m: 0.1 nm.
 const OF_M: usize = 10;
-/// 1e-11 rad.
+/// Decimals of an angle in rad: 1e-11 rad.
 const OF_RAD: usize = 11;
-/// 1e-13, of a rotation of 2e-13 rad.
+/// Decimals of a quaternion: 1e-13, of a rotation of 2e-13 rad.
 const OF_QUATERNION: usize = 13;
 
 /// Largest deviation of a quaternion's length from one: programs have six decimals and more.
 const NO_QUATERNION: f64 = 1e-2;
 
-/// What is written over what.
+/// A replacement: the range of bytes, and the new text.
 pub(super) type Edit = (Range<usize>, String);
 
-/// What the numbers of a position mean.
+/// Target given by the numbers of a position.
 pub(super) enum Meaning {
     Pose(Pose),
     Joints(Vec<f64>),
 }
 
 impl Position {
-    /// What the numbers mean; an error if they mean nothing.
+    /// The target given by the numbers; an error if they give none.
     pub fn meaning(&self) -> Result<Meaning, &'static str> {
         let values: Vec<f64> = self.numbers.iter().map(|n| n.value).collect();
         meaning(self.layout, &values)
@@ -115,7 +115,7 @@ pub(super) fn meaning(layout: Layout, values: &[f64]) -> Result<Meaning, &'stati
     })
 }
 
-/// The numbers of the target to be commanded; of several that mean the same, those nearest to what stood there.
+/// The numbers of the target to be commanded; of several that mean the same, those nearest to the original ones.
 fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
     let xyz: [f64; 3] = fake.pose.translation.vector.into();
     let FramePose { rz_ry_rx: [a, b, c], .. } = FramePose::from_pose(&fake.pose);

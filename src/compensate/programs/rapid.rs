@@ -41,7 +41,7 @@ struct Statement {
     capitals: String,
 }
 
-/// What the motions of all files name.
+/// Names used by the motions of all files.
 #[derive(Default)]
 struct Uses {
     moved: HashSet<String>,

@@ -15,7 +15,7 @@ const SAME_JOINTS: f64 = 1e-6 * DEG;
 /// Frames of a program nearer to each other than this (m, rad) are the same: programs have three decimals.
 const SAME_FRAME: [f64; 2] = [0.05 * MM, 0.02 * DEG];
 
-/// What may be done to a program.
+/// Changes that are permitted in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Permissions {
     /// Joint positions of FANUC's programs count joints as the robot file does: joint 3 by itself, not with joint 2.
@@ -44,7 +44,7 @@ pub struct RewrittenProgram {
     pub positions: usize,
     /// Those that were rewritten.
     pub rewritten: Vec<Rewritten>,
-    /// What was not rewritten, or is right only under a condition, by line.
+    /// Statements that were not rewritten, or are right only under a condition, by line.
     pub remarks: Vec<Remark>,
     /// Assumptions made, one sentence each.
     pub assumed: Vec<String>,

@@ -104,7 +104,7 @@ fn motion(name: &str) -> Option<usize> {
     MOTIONS.iter().find(|(motion, _)| *motion == name).map(|(_, count)| *count)
 }
 
-/// How many of the first arguments of a call are positions that the arm goes to.
+/// Number of leading arguments of a call that are positions the arm moves to.
 fn positions_of(name: &str) -> usize {
     motion(name).or((name == "get_inverse_kin").then_some(1)).unwrap_or(0)
 }

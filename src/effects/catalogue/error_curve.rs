@@ -42,6 +42,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
+/// Highest order of the Fourier series of a curve, per revolution.
 const ORDERS: usize = 40;
 
 /// Highest order of a band.

@@ -80,8 +80,10 @@ pub(super) const FAMILY: Family = Family {
 /// Shortest link treated as a beam, m.
 const SHORTEST: f64 = 10.0 * MM;
 
-/// Two-point Gauss quadrature on 0..1: exact up to third order; the integrand is of second order.
+/// Abscissae of the two-point Gauss quadrature on 0..1, dimensionless: exact up to third order; the integrand is of second
+/// order.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
+/// Weight of either abscissa, dimensionless.
 const GAUSS_WEIGHT: f64 = 0.5;
 
 /// True if the link of frame `j` (counted from 1) reaches from one axis of rotation to another some way off.
@@ -138,7 +140,9 @@ mod tests {
         moved
     }
 
+    /// Length of the beam, m.
     const LENGTH: f64 = 0.6;
+    /// Weight at the end of the beam, N.
     const WEIGHT: f64 = 5.0 * 9.81;
 
     #[test]

@@ -61,7 +61,8 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Plausible size: deflection of a joint of the first half of the arm, and of the wrist, under its own link held
-/// horizontally; each link further out counts half.
+/// Plausible size, rad: deflection of a joint of the first half of the arm under its own link held horizontally; each link
+/// further out counts half.
 const LARGE: f64 = 300.0 * URAD;
+/// The same of a joint of the wrist, rad.
 const SMALL: f64 = 80.0 * URAD;

@@ -51,6 +51,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Plausible size: 0.15 of the linear deflection at the reference torque, for a compliance of 5 mdeg/(N·m).
+/// Plausible size at the reference torque, as a share of the linear deflection.
 const SHARE_OF_LINEAR: f64 = 0.15;
+/// Compliance of that linear deflection, rad/(N·m): 5 mdeg/(N·m), within the 3 to 28 of the paper's Table 8.
 const TYPICAL_COMPLIANCE: f64 = 5e-3 * DEG;

@@ -36,7 +36,7 @@ mod tests {
     use crate::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
     use crate::robot::{FramePose, Robot, built_in};
 
-    /// Torques of an arm whose loads are changed by `change`, computed anew.
+    /// Torques of an arm whose loads are changed by `change`, recomputed.
     fn torques(change: impl Fn(&mut Robot, &mut Payload, &mut Vector3<f64>), posture: &Posture) -> Vec<f64> {
         let mut robot = built_in("kr6_r700").expect("built in");
         let mut payload = payload();

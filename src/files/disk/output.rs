@@ -13,7 +13,7 @@ use crate::files::{FileError, cannot_be_written};
 const TRIED: [u8; 4096] = [0; 4096];
 
 /// Checks that [`super::write_whole`] can write a file at `path`, as far as can be told beforehand; leaves nothing behind.
-/// Missing parent folders are no error; they are created on writing.
+/// Missing parent folders are not an error; they are created on writing.
 ///
 /// # Errors
 /// When a folder has that name, a parent is not a folder, or nothing can be created there.

@@ -12,6 +12,7 @@ const STEP_TOLERANCE: f64 = 1e-8;
 /// The same if loads depend on the values: from exact columns, in sigmas of the residual.
 const GRADIENT_TOLERANCE: f64 = 1e-3;
 
+/// Limit on the Gauss-Newton steps if nothing depends on the values.
 const MAX_ITERATIONS: usize = 60;
 
 /// Step limit if loads depend on the values: a product of parameters is more curved than a sum, and a campaign of fifty
@@ -61,7 +62,7 @@ impl Adjustment {
     }
 
     /// Recomputes the loads at the end of each step and continues from there, as long as every step is at most half of the
-    /// previous one. Returns true if it converged. Sums of squares are no criterion: they differ under other loads.
+    /// previous one. Returns true if it converged. Sums of squares are not a criterion: they differ under other loads.
     pub(super) fn stride(&mut self, problem: &Problem) -> bool {
         let mut before: Option<f64> = None;
         self.exact = false;

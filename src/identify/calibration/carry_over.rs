@@ -1,4 +1,4 @@
-//! Which values of a calibration belong to the parameters of other data.
+//! Values of a calibration that apply to the parameters of other data.
 
 use super::{Calibration, MeasuredSetup};
 use crate::effects::Owner;

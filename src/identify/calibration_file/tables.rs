@@ -44,7 +44,7 @@ pub(super) struct File {
     pub(super) fleet_robots: Option<usize>,
     /// Groups of parameters that the data cannot tell apart.
     pub(super) unresolved: Vec<Vec<String>>,
-    /// How well the model fits.
+    /// Goodness of fit.
     pub(super) fit: FitTable,
     /// Joint angles that the data cover, one for every joint; compensation outside them warns.
     #[serde(default)]
@@ -68,7 +68,7 @@ pub(super) struct File {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FitTable {
-    /// How the iteration ended; older files do not say.
+    /// Outcome of the iteration; absent in older files.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = Outcome::ALL.map(|(_, name)| name))))]
     pub(super) outcome: Option<String>,
@@ -132,7 +132,7 @@ impl FitTable {
     }
 }
 
-/// What the data cover of a joint, in the unit of its kind.
+/// Range of a joint in the data, in the unit of its kind.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(extend("oneOf" = crate::schema::in_one_unit())))]
 #[serde(deny_unknown_fields)]
@@ -290,7 +290,7 @@ pub(super) struct ParameterTable {
     pub(super) effect: String,
     /// Its value, in `unit`.
     pub(super) value: f64,
-    /// One-sigma, by noise and by what the model lacks, in `unit`.
+    /// One-sigma, by noise and by model discrepancy, in `unit`.
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) sigma: f64,
     /// One-sigma by noise alone, in `unit`; older files do not say.

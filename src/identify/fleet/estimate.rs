@@ -1,6 +1,6 @@
 //! Mean and variation from robot to robot of one parameter.
 
-/// What a parameter of the next robot is expected to be.
+/// Expected value of a parameter for the next robot, and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Between {
     pub mean: f64,
@@ -16,9 +16,11 @@ const LOG_SIGMA: f64 = 1.0986;
 /// One sigma of the mean before any robot, in plausible sizes.
 const MEAN: f64 = 1.0;
 
-/// Variations tried, in plausible sizes: from a thousandth to thirty, 24 a decade.
+/// Smallest variation tried, in plausible sizes.
 const LOWEST: f64 = 1e-3;
+/// Number of variations tried per decade.
 const A_DECADE: f64 = 24.0;
+/// Number of variations tried: from a thousandth to thirty plausible sizes.
 const STEPS: usize = 108;
 
 /// A variation from robot to robot, and what would follow from it.
@@ -33,7 +35,7 @@ struct Tried {
 
 /// From deviations with their standard uncertainties, and the plausible size of the catalogue.
 ///
-/// What is so uncertain that its square cannot be written tells nothing.
+/// A deviation so uncertain that its square overflows is left out: it carries no information.
 pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
     let seen: Vec<&[f64; 2]> = seen.iter().filter(|s| s.iter().all(|v| (v * v).is_finite())).collect();
     let of = |step: usize| {

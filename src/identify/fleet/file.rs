@@ -12,7 +12,7 @@ use crate::units::{Unit, readable};
 /// Format tag.
 const FORMAT: &str = "calibench-fleet/1";
 
-/// What robots of one type have in common.
+/// Mean and spread of the parameters over robots of one type.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {

@@ -19,16 +19,16 @@ use crate::math::linalg;
 use crate::measure::dataset::Dataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Probability that a robot of the fleet is taken for none.
+/// Probability that a robot of the fleet is judged not to belong to it.
 pub const CONFLICT: f64 = 0.01;
 
-/// Factor by which the wide prior is wider.
+/// Ratio of the one-sigmas of the wide prior to those of the fleet's.
 const WIDE: f64 = 10.0;
 
 /// Degrees of freedom that a stated noise is worth.
 const STATED: f64 = 4.0;
 
-/// Rounds in which the noise and the fit are found in turn.
+/// Number of rounds in which the noise and the fit are estimated in turn.
 const ROUNDS: usize = 3;
 
 /// The prior that was used.
@@ -53,12 +53,12 @@ impl PriorUsed {
     }
 }
 
-/// Whether a robot is like its fleet.
+/// Agreement of a robot with its fleet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FleetJudged {
     /// The prior that was used.
     pub used: PriorUsed,
-    /// What the fleet's prior costs in chi-square, in units of what it costs robots of the fleet on average.
+    /// Chi-square of the fleet's prior for this robot, as a ratio to its mean over robots of the fleet.
     pub ratio: f64,
     /// Probability of more if the robot is of the fleet.
     pub chance: f64,
@@ -131,7 +131,7 @@ impl Fitted {
     }
 }
 
-/// Fits with a prior, the noise being found from what is left unless it is given. Returns the noise too.
+/// Fits with a prior, the noise being estimated from the residual unless it is given. Returns the noise too.
 fn fitted(
     datasets: &[(&str, &Dataset)],
     model: &Model,

@@ -33,7 +33,7 @@ pub(super) struct Cell {
     pub artifact: ArtifactShape,
     pub anchors: Vec<Vector3<f64>>,
     pub noise: Noise,
-    /// Names of the samples that the model sets aside.
+    /// Names of the samples that the model excludes.
     pub aside: Vec<String>,
     pub measured_torques: bool,
     /// False if orientations are left out.
@@ -69,7 +69,7 @@ impl Cell {
         }
     }
 
-    /// True if the model sets a sample aside.
+    /// True if the model excludes a sample.
     pub fn is_aside(&self, sample: &Sample) -> bool {
         self.aside.contains(&sample.id)
     }

@@ -28,7 +28,7 @@ pub enum ProblemError {
     /// Nothing to fit.
     #[error("there are no samples {of}; the dataset needs rows of that set")]
     NoSamples {
-        /// Which samples were requested.
+        /// The samples that were requested.
         of: &'static str,
     },
     /// An effect needs data that are missing.

@@ -35,7 +35,7 @@ pub(super) struct SeenOrientation {
 }
 
 impl SeenOrientation {
-    /// What one SI unit of a site that turns the flange about `axis` subtracts from the residual.
+    /// Derivative of the residual, with opposite sign, by one SI unit of a site that turns the flange about `axis`.
     #[inline]
     pub fn column(&self, site: Site, axis: &Vector3<f64>) -> Vector3<f64> {
         match site {
@@ -75,7 +75,7 @@ impl OrientationPart {
         self.whitener.fixed_columns::<3>(0) * shift + self.whitener.fixed_columns::<3>(3) * turn
     }
 
-    /// Length, m, that weighs an angle as much as a displacement.
+    /// Length, m, that weights an angle as much as a displacement.
     pub fn lever(&self, sigma_position: f64) -> f64 {
         sigma_position / self.sigma
     }

@@ -1,4 +1,4 @@
-//! What is known of a parameter beforehand, as a row of the least-squares problem.
+//! Prior knowledge of a parameter, as a row of the least-squares problem.
 
 use super::{Parameter, Prior};
 use crate::identify::Model;
@@ -10,7 +10,7 @@ pub(super) struct PriorRow {
     pub parameter: usize,
     /// Mean of its deviation from nominal, SI.
     pub mean: f64,
-    /// One over the sigma, times the noise by which the data are weighed.
+    /// One over the sigma, times the noise by which the data are weighted.
     pub weight: f64,
 }
 

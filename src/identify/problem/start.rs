@@ -1,4 +1,4 @@
-//! The start of a fit: the base of every set-up, found in closed form if the nominal cell is no guide, and the part of it
+//! The start of a fit: the base of every set-up, found in closed form if the nominal cell is not close, and the part of it
 //! that no measurement can determine because nothing in the world is known.
 
 use std::collections::HashMap;

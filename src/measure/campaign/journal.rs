@@ -190,7 +190,7 @@ impl Journal {
         ClockJump::between(self.ended_wall_s?, wall_clock_s)
     }
 
-    /// For a simulated cell, which is created anew every time: it repeats the probings of the journal, and they must be the
+    /// For a simulated cell, which is created again every time: it repeats the probings of the journal, and they must be the
     /// same.
     pub fn live_through_again(&mut self) {
         self.lived_through_again = true;
@@ -332,7 +332,7 @@ fn locked(path: &Path) -> Result<File, FileError> {
     }
 }
 
-/// The part of a journal with which a campaign is continued; empty if it begins anew.
+/// The part of a journal with which a campaign is continued; empty if it begins again.
 #[derive(Default)]
 struct Intact {
     seal: String,

@@ -194,7 +194,7 @@ pub fn master<I: Indicator>(
 /// they were when last free, or at their ideal place if `before` is unknown. An indicator that was preset again, lost its
 /// supply, or was moved in its channel has another reading.
 ///
-/// Mastering again is no improvement while the old one is valid: the master ball never seats twice in the same place.
+/// Mastering again is not an improvement while the old one is valid: the master ball never seats twice in the same place.
 ///
 /// # Errors
 /// When an indicator fails, does not come to rest, or has another reading.

@@ -14,6 +14,7 @@ const LONGEST_S: f64 = 31.0 * DAY_S;
 /// Largest correction of a running clock, s: network time and a leap second take less.
 const CORRECTION_S: f64 = 60.0;
 
+/// One day, s.
 const DAY_S: f64 = 86_400.0;
 
 /// A reset of the wall clock, or a pause of over a month, between the interruption of a campaign and its resumption.

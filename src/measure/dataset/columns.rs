@@ -160,7 +160,7 @@ impl Column {
         }
     }
 
-    /// What it holds.
+    /// Meaning of its values.
     #[cfg(feature = "schema")]
     pub fn meaning(self) -> &'static str {
         match self {
@@ -218,7 +218,7 @@ fn slides(robot: &Robot, i: usize) -> bool {
     robot.kind(i) == JointKind::Prismatic
 }
 
-/// What is wrong with a title that is the column of a joint of the other kind, and the right title.
+/// The problem with a title that is the column of a joint of the other kind, and the right title.
 pub(crate) fn of_other_kind(title: &str, robot: &Robot) -> Option<(String, String)> {
     let (quantity, _) = title.split_once('_')?;
     let is_it = |column: &Column| column.quantity() == quantity;

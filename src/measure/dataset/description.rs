@@ -33,7 +33,7 @@ pub(crate) struct DatasetToml {
     /// True if the controller's own absolute-accuracy option was on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
-    /// What all sessions have in common: `base`, `tool`, or both.
+    /// Frames common to all sessions: `base`, `tool`, or both.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(extend("items" = serde_json::json!({"type": "string", "enum": SHAREABLE}))))]
     pub(super) share: Vec<String>,
@@ -42,7 +42,7 @@ pub(crate) struct DatasetToml {
     pub(super) base: Option<FrameToml>,
     /// The TCP in the flange, `Tr Rz Ry Rx`.
     pub(super) tool: ToolToml,
-    /// What the flange carries; the first is the default.
+    /// Payloads of the flange; the first is the default.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) payload: Vec<PayloadToml>,
     /// Balls, in the world frame.
@@ -57,10 +57,10 @@ pub(crate) struct DatasetToml {
     /// Points from which distances are measured, in the world frame.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) anchor: Vec<AnchorToml>,
-    /// What is known about the measurement itself.
+    /// Stated noise of the measurements.
     #[serde(default)]
     pub(super) noise: NoiseToml,
-    /// Where the data come from; kept as it is.
+    /// Origin of the data; kept verbatim.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[cfg_attr(feature = "schema", schemars(with = "std::collections::BTreeMap<String, serde_json::Value>"))]
     pub(super) provenance: toml::Table,

@@ -76,7 +76,7 @@ pub(crate) fn samples_schema() -> Schema {
     Schema::try_from(schema).unwrap_or_default()
 }
 
-/// What a field of this column holds.
+/// Schema of a field of this column.
 fn value_of(column: Column) -> Value {
     let description = column.meaning();
     match column {

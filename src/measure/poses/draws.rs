@@ -116,9 +116,10 @@ pub enum PoolError {
     },
 }
 
-/// Draws before giving up: this initial number, plus a number for each posture found. A ball that can be probed by less than
-/// one tool pose in a hundred is in the wrong place.
+/// Draws before giving up, to which [`DRAWS_PER_FOUND`] are added for each posture found.
 const FIRST_DRAWS: usize = 2_000;
+/// Further draws for each posture found: a ball that can be probed by less than one tool pose in a hundred is in the wrong
+/// place.
 const DRAWS_PER_FOUND: usize = 100;
 /// Smallest and largest number of draws per batch: enough for all threads, with little waste.
 const BLOCK: [usize; 2] = [64, 2048];

@@ -204,7 +204,7 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> 
 
 const ONLY_TURNING: &str = "measure the arm by other means, and give its samples";
 
-/// What is wrong with the robot, if a plan cannot hold its joints.
+/// The problem with the robot, if a plan cannot hold its joints.
 fn slides(cell: &Dataset) -> Option<String> {
     let joint = cell.robot.first_prismatic()?;
     Some(format!("joint {} of the robot is prismatic, and plans are of arms whose joints turn", joint + 1))

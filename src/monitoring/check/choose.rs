@@ -1,4 +1,4 @@
-//! Choice of the few poses of a campaign whose repetition tells the conditions apart.
+//! Choice of the few poses of a campaign whose repetition distinguishes the conditions.
 
 use nalgebra::DMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -16,7 +16,8 @@ use crate::measure::dataset::Dataset;
 const GROUND: f64 = 0.02;
 
 /// Chooses `count` samples of a campaign, by index, to be measured again in this order: greedily, each the one that most
-/// increases the sum of the logarithms by which every condition stands out of the noise, and of every other condition.
+/// increases the sum of the logarithms of the significance of every condition above the noise, and against every other
+/// condition.
 ///
 /// # Errors
 /// When the campaign does not belong to the calibration, or its noise is not stated.

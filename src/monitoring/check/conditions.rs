@@ -1,4 +1,4 @@
-//! What may have happened to a calibrated robot, and by what displacements of its samples it shows.
+//! Possible changes of a calibrated robot, and the displacements of the samples that each causes.
 
 use nalgebra::{DMatrix, Vector3};
 

@@ -24,7 +24,8 @@ const NAMED: f64 = 0.95;
 /// joint until the load is another.
 const CONFIRMED: usize = 3;
 
-/// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
+/// Two nested conditions are distinguished if the narrower one fits worse by more than this sum of squares, in units of the
+/// noise.
 const WORSE: f64 = 9.0;
 
 /// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
@@ -32,19 +33,19 @@ const WORSE: f64 = 9.0;
 /// more freedom that fits a little better.
 const IN_SHAPE: f64 = 0.03;
 
-/// The same for a mass when its fit is judged: its place is unknown, and a calibration tells the spring of a joint within some
-/// tenths of it only.
+/// The same for a mass when its fit is judged: its place is unknown, and a calibration determines the compliance of a joint to
+/// some tenths of it only.
 const MASS_IN_SHAPE: f64 = 0.25;
 
-/// A change does not explain the differences if chance leaves as much as it does with this probability at most.
+/// Significance level at which a change does not explain the differences: the probability of a residual at least as large.
 const MISFIT: f64 = 1e-3;
 
 /// Directions whose share of a Gram matrix is smaller, relative to the largest, are only rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What the best size of a condition leaves of the differences.
+/// Residual of the differences after the best size of a condition.
 pub(super) struct Left {
-    /// Sum of the squares of what is left, whitened.
+    /// Sum of the squares of the residuals, whitened.
     squares: f64,
     /// Its degrees of freedom.
     dof: usize,
@@ -53,7 +54,7 @@ pub(super) struct Left {
 }
 
 impl Left {
-    /// Root mean square of what is left, in units of the noise of one comparison; `None` if nothing can be left.
+    /// Root mean square of the residual, in units of the noise of one comparison; `None` if nothing can be left.
     pub fn rms(&self) -> Option<f64> {
         (self.dof > 0).then(|| (self.squares / self.dof as f64).sqrt())
     }
@@ -236,7 +237,8 @@ impl Hypothesis {
         self.so_far[samples - 1].eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale))
     }
 
-    /// What its best size leaves of the differences. It may leave some per cent of the change besides the noise: the slip of a
+    /// Residual of the differences after its best size. It may leave some per cent of the change besides the noise: the slip of
+    /// a
     /// joint by one degree is off its column by 0.9 %, and the model knows the arm only so well.
     fn left(&self, seen: DVectorView<'_, f64>, samples: usize) -> Left {
         let gram = &self.so_far[samples - 1].eigenvalues;

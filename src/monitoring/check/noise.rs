@@ -1,4 +1,4 @@
-//! Noise of a comparison: what two measurements of a pose differ by while nothing has changed.
+//! Noise of a comparison: the difference of two measurements of a pose while nothing has changed.
 //!
 //! Stated noise is that of an instrument. A robot does not come back to a pose exactly, and what it misses displaces all
 //! targets that are seen there together. Where the campaign came back to its poses, the scatter of these repeats tells both
@@ -11,7 +11,7 @@ use super::seen::{Seen, ends};
 use crate::residuals::noise::{RepeatScatter, patterns};
 use crate::residuals::views::SeenSample;
 
-/// Where the noise of a comparison is from.
+/// Source of the noise of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum NoiseOf {
@@ -60,7 +60,8 @@ impl ComparisonNoise {
     }
 }
 
-/// What makes the differences of the samples of a check independent, of unit variance each, in the order of the samples.
+/// Whitening: the transformation of the differences of each sample to unit variance without correlation, in the order of the
+/// samples.
 pub(super) struct Whitening {
     /// For each pose: its scalar rows, and the lower triangular root of their covariance.
     poses: Vec<(Vec<usize>, DMatrix<f64>)>,

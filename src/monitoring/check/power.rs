@@ -1,4 +1,4 @@
-//! What a check would show, before anything is measured, and what it would have shown.
+//! Power of a check: changes that it would show, before anything is measured, and that it would have shown.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -21,12 +21,14 @@ const TRIALS: usize = 400;
 /// Probability with which a check shows what it is said to show.
 pub const SHOWN: f64 = 0.95;
 
-/// Checks simulated for each size that may be the smallest shown; as often one may miss it.
+/// Checks simulated for each size that may be the smallest shown.
 const SHOWN_TRIALS: usize = 100;
+/// Number of them that may miss it: the share that [`SHOWN`] leaves.
 const SHOWN_MISSES: usize = 5;
 
-/// Sizes from which the smallest one shown is searched for, in units of the noise, and the largest that is tried.
+/// Sizes from which the smallest one shown is searched for, in units of the noise.
 const SHOWN_FROM: [f64; 2] = [0.5, 8.0];
+/// Largest size that is tried, in units of the noise.
 const SHOWN_UP_TO: f64 = 2000.0;
 
 /// Halvings of the interval in which the smallest size shown lies: to two per cent.
@@ -35,8 +37,9 @@ const HALVINGS: usize = 7;
 /// A direction of a condition that displaces the samples by less than this share of its largest is not shown.
 const NOT_SHOWN: f64 = 1e-6;
 
-/// Larger changes, m, rad or as a share, and those of a mass, kg, are none that a check is for: the samples do not show them.
+/// Largest change for which a check is designed, m, rad or as a share: beyond it, the samples do not show the change.
 const LARGEST_CHANGE: f64 = 0.2;
+/// The same for a mass, kg.
 const LARGEST_MASS: f64 = 1000.0;
 
 /// A condition of a size, and how often a check finds it.
@@ -61,7 +64,7 @@ pub struct Power {
     pub at: Vec<PowerAt>,
 }
 
-/// What a change is measured in.
+/// Unit of a change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// m.
@@ -79,7 +82,7 @@ pub enum Quantity {
 pub struct Shown {
     /// The condition.
     pub condition: Condition,
-    /// What its change is measured in.
+    /// Unit of its change.
     pub quantity: Quantity,
     /// The smallest change that is shown with a probability of [`SHOWN`]; `None` if these samples do not show it in every
     /// direction.

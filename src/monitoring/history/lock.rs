@@ -63,7 +63,7 @@ impl Drop for HistoryLock {
     }
 }
 
-/// True if the file is removed: only where one can find out if a path still leads to an open file.
+/// True where the lock file is removed: only on systems that can tell whether a path still leads to an open file.
 const REMOVED: bool = cfg!(unix);
 
 /// True if the path leads to this file.

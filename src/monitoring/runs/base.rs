@@ -1,4 +1,4 @@
-//! What all hypotheses about runs share, solved for.
+//! Normal equations of the columns that all hypotheses about runs share, and their solution.
 
 use nalgebra::{DMatrix, DVector};
 

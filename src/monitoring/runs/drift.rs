@@ -15,8 +15,9 @@ const LIMIT: f64 = 2.706;
 /// Level of the limit.
 const LEVEL: f64 = 0.95;
 
-/// Sizes tried, in units of the smallest that could be seen: from nothing to gross, in steps of a twelfth of a decade.
+/// Number of sizes tried: from the smallest that could be seen over eight decades.
 const STEPS: usize = 97;
+/// Number of sizes tried per decade.
 const A_DECADE: f64 = 12.0;
 
 /// A drift as a random walk.
@@ -72,7 +73,7 @@ impl Drift {
     }
 }
 
-/// Share of the best seen combination of steps below which one is not seen.
+/// Share of the best determined combination of steps below which one is undetermined.
 const NOTHING: f64 = 1e-9;
 
 #[cfg(test)]
@@ -106,7 +107,7 @@ mod tests {
             for size in [0.0, 0.3, 1.0, 3.0, 30.0] {
                 let (share, median) = covered(&variances, size);
                 assert!(share > 0.939, "{variances:?}, {size}: {share}");
-                // It is no limit at all that always holds.
+                // It is not a limit if it always holds.
                 assert!(median < 8.0 * size.max(1.0), "{variances:?}, {size}: {median}");
             }
         }

@@ -13,13 +13,13 @@ use crate::measure::dataset::Dataset;
 use crate::residuals::noise_floor::fisher_chance;
 use crate::selection::recommend::curves::bands;
 
-/// Highest order of the error curves beside which differences are tested.
+/// Highest order, per revolution, of the error curves that are fitted together with the differences tested.
 const HIGHEST_ORDER: usize = 20;
 
-/// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
+/// Two differences are distinguished if one explains more than the other by this sum of squares, in units of the noise.
 const TOLD_APART: f64 = 9.0;
 
-/// Fewest degrees of freedom beside all differences between runs, and beside those within runs.
+/// Fewest degrees of freedom that remain when all differences between runs, and those within runs, are free.
 const LEAST_LEFT: f64 = 10.0;
 
 /// The model with candidates, its set-ups assigned to runs.
@@ -101,7 +101,7 @@ impl Look {
         RunsTest { f, above, below, chance: fisher_chance(f, above, below).unwrap_or(1.0) }
     }
 
-    /// Variance of the residuals, with what the model lacks.
+    /// Variance of the residuals, including model discrepancy.
     pub fn variance(&self) -> f64 {
         self.reduced.unit() * self.lacking[0]
     }
@@ -123,7 +123,7 @@ impl Look {
         self.test(&self.reduced.explained(&free))
     }
 
-    /// What a difference of a unit explains beyond what the unit does if it is the same in all runs.
+    /// Reduction by a difference of a unit between runs, beyond that by the same change of the unit in all runs.
     fn explained(&self, unit: &Unit, pattern: &Pattern) -> Explained {
         let own = unit.directions(pattern, &self.months);
         let alone = self.reduced.explained(&own);

@@ -16,7 +16,7 @@ const ROUNDS: usize = 3;
 /// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
 const OWN_NOISE_FROM: f64 = 15.0;
 
-/// Parts of a run: the halves of its postures in joint space, in which one robot was measured for certain.
+/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed.
 const PARTS: usize = 2;
 
 /// A run is halved only if it has so many scalar residuals for each parameter of the arm.
@@ -25,7 +25,7 @@ const HALVED_FROM: f64 = 4.0;
 /// Seed of the division in halves: the same data give the same halves.
 const SEED: u64 = 0x0ca1_1bf0;
 
-/// The share of a column's energy below which what the fit leaves of it is rounding.
+/// Below this fraction of its squared norm, the residual of a column is rounding error.
 const SEEN: f64 = 1e-7;
 
 /// The examined fit, reduced to the inner products of each run: of the fitted columns, the candidates and the residuals.
@@ -48,7 +48,7 @@ pub(super) struct Products {
     curves: Vec<Span>,
 }
 
-/// What is left of the columns of every run when everything that the runs share, and their set-ups, are free to follow.
+/// Columns of every run after projection onto the complement of what the runs share and of their set-ups.
 pub(super) struct Reduced {
     runs: usize,
     /// Number of scalar residuals of each run.
@@ -68,14 +68,14 @@ pub(super) struct Reduced {
     pub noise: Vec<f64>,
 }
 
-/// What some differences between runs explain.
+/// Reduction of chi-square by some differences between runs.
 #[derive(Debug, Clone)]
 pub(super) struct Explained {
     /// Sum of squares.
     pub squares: f64,
     /// Number of directions seen.
     pub directions: f64,
-    /// Best coefficients, in the order of the directions asked for, and their covariance before scaling by the noise.
+    /// Best coefficients, in the order of the directions requested, and their covariance before scaling by the noise.
     pub coefficients: DVector<f64>,
     pub covariance: DMatrix<f64>,
 }
@@ -263,7 +263,7 @@ impl Products {
         DVector::from_iterator(self.fitted + further, self.pull.iter().copied().chain(std::iter::repeat_n(0.0, further)))
     }
 
-    /// The noise of each run, from what the fit leaves of it.
+    /// The noise of each run, from the residuals of its fit.
     fn noise_of_runs(&self, base: &Base, solved: &Solved, noise: &[f64]) -> Vec<f64> {
         let runs = self.runs();
         let left: Vec<[f64; 2]> = (0..runs)
@@ -293,14 +293,14 @@ impl Products {
 }
 
 impl Reduced {
-    /// What is explained by differences along `directions`: each a list of (column under test, run, weight).
+    /// Reduction by differences along `directions`: each a list of (column under test, run, weight).
     pub fn explained(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
         let of_run = |&(column, run, weight): &(usize, usize, f64)| (0..PARTS).map(move |k| (column, PARTS * run + k, weight));
         self.explained_by_parts(&directions.iter().map(|all| all.iter().flat_map(of_run).collect()).collect::<Vec<_>>())
     }
 
-    /// What is explained by differences within runs: `columns` of the arm free in each half of every run that is long enough. In
-    /// one run the robot is one, so that this is due to what the model lacks alone.
+    /// Reduction by differences within runs: `columns` of the arm free in each half of every run that is long enough. Within
+    /// one run the robot does not change, so that this is due to model discrepancy alone.
     pub fn within_runs(&self, columns: &[usize]) -> Explained {
         let long = |run: &usize| self.counts[*run] >= HALVED_FROM * columns.len() as f64;
         let of_run = |run: usize| columns.iter().map(move |&column| vec![(column, PARTS * run, 1.0)]);

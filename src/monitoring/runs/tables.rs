@@ -1,4 +1,4 @@
-//! What the runs say of every parameter and effect, and of themselves.
+//! Results of the runs for every parameter and effect, and for each run.
 
 use nalgebra::DMatrix;
 
@@ -14,16 +14,16 @@ use crate::math::rms;
 use crate::measure::dataset::Dataset;
 use crate::measure::poses::Postures;
 
-/// A parameter whose change is known no better than this, in plausible sizes, is not seen.
+/// A parameter is not determined if the one-sigma of its change is at least this, in plausible sizes.
 const NOT_SEEN: f64 = 3.0;
 
-/// Sigmas at which an effect is there.
+/// Standard deviations from which an effect is significant.
 const THERE: f64 = 3.0;
 
-/// A run that holds less than this share of what all runs say of an effect cannot show it.
+/// A run with less than this share of the information of all runs about an effect cannot show it.
 const SHARE: f64 = 0.02;
 
-/// What became of a parameter.
+/// Outcome for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterStatus {
     /// It is the same in all runs.
@@ -55,13 +55,13 @@ pub struct ParameterInRuns {
     /// Its change in every run since the first: as the differences named have it, if it moved, and else as if it alone were free
     /// beside them; value and one sigma, SI; `None` where a run does not show it.
     pub changes: Vec<Option<[f64; 2]>>,
-    /// What became of it.
+    /// Outcome for the parameter.
     pub status: ParameterStatus,
     /// Its drift; `None` without dates, or if the runs do not show it.
     pub drift: Option<Drift>,
 }
 
-/// What became of an effect.
+/// Outcome for an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EffectStatus {
     /// It is there, and the same in all runs.
@@ -103,7 +103,7 @@ pub struct EffectInRuns {
     pub parameters: Vec<Estimate>,
     /// For every run: its size there in sigmas, all its parameters together, and the share of what all runs say of it.
     pub in_runs: Vec<[f64; 2]>,
-    /// What became of it.
+    /// Outcome for the effect.
     pub status: EffectStatus,
 }
 
@@ -121,11 +121,11 @@ pub struct RunOfRobot {
     /// Noise of one axis that remains when error curves are allowed for, m.
     pub noise: f64,
     /// Errors there of the robot of the others, with the model given and with error curves, or the reason why there are none;
-    /// `None` if they were not asked for.
+    /// `None` if they were not requested.
     pub from_others: Option<[Result<LeftOut, String>; 2]>,
 }
 
-/// What the tables are made of.
+/// Inputs of the tables.
 pub(super) struct Tables<'a> {
     pub look: &'a Look,
     pub named: &'a [(&'a str, &'a Dataset)],

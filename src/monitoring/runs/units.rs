@@ -1,4 +1,5 @@
-//! What can differ between runs: parameters of the arm, effects as wholes, tools and balls; and the ways in which it can.
+//! Units that can differ between runs: parameters of the arm, effects as wholes, tools and balls; and the patterns of
+//! differences.
 
 use crate::diagnosis::Examination;
 use crate::effects::facts::{Offered, Role};
@@ -21,7 +22,7 @@ pub(super) struct Unit {
     pub kind: UnitKind,
 }
 
-/// What a unit belongs to.
+/// Kind of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum UnitKind {
     /// A parameter of the arm.
@@ -34,7 +35,7 @@ pub(super) enum UnitKind {
     SetUp(usize),
 }
 
-/// How it differs.
+/// Pattern of a difference over the runs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pattern {
     /// From one run on, counted from 0, it is another value.
@@ -198,7 +199,7 @@ impl Pattern {
         all
     }
 
-    /// When, in words, with the names of the runs.
+    /// The runs that differ, in words, by name.
     pub fn words(&self, names: &[&str]) -> String {
         match self {
             Pattern::Since(run) => format!("since {}", names[*run]),

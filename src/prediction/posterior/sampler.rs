@@ -1,10 +1,10 @@
-//! Draws from a linear model whose columns form groups, where the size of each group is drawn too.
+//! Draws from a linear model whose columns form groups, where the size of each group is sampled too.
 //!
 //! `y = X b + e`: the coefficients `b` of group g have variance `s_g²`. The sizes scatter about a common one,
-//! `s_g² = 2 tau² / chi²(2)`, and tau is log-uniform; columns of known variance are drawn with them. The noise is
-//! Student's t with one weight per sample; its scale and its degrees of freedom are drawn. The Gibbs sampler draws all
+//! `s_g² = 2 tau² / chi²(2)`, and tau is log-uniform; columns of known variance are sampled with them. The noise is
+//! Student's t with one weight per sample; its scale and its degrees of freedom are sampled. The Gibbs sampler draws all
 //! coefficients at once (Bhattacharya, Chakraborty & Mallick 2016 if there are fewer rows than columns). A fitted size
-//! would be overconfident where the data contain little information; a drawn size covers all values compatible with
+//! would be overconfident where the data contain little information; a sampled size covers all values compatible with
 //! them.
 
 use std::ops::Range;
@@ -21,14 +21,18 @@ use super::solver::Solver;
 use crate::diagnosis::worker;
 use crate::identify::fit::FitError;
 
-/// Number of chains, and of the sweeps of each: burn-in, and those that are kept.
+/// Number of chains.
 const CHAINS: u64 = 2;
+/// Number of sweeps of each chain that are discarded as burn-in.
 const FORGOTTEN: usize = 15;
+/// Number of sweeps of each chain that are kept.
 const KEPT: usize = 45;
 
-/// Grid of common sizes, in plausible sizes: log-uniform.
+/// Lowest point of the log-uniform grid of common sizes, in plausible sizes.
 const SMALLEST: f64 = 0.01;
+/// Highest point of that grid, in plausible sizes.
 const LARGEST: f64 = 3.0;
+/// Number of points of that grid.
 const SIZE_STEPS: usize = 40;
 
 /// Size at which chains begin: sizes that the data require grow within a few sweeps, others shrink slowly.
@@ -212,7 +216,9 @@ mod tests {
 
     use super::*;
 
+    /// Number of robots sampled from the prior.
     const ROBOTS: u64 = 500;
+    /// Number of bins of the rank histogram.
     const BINS: usize = 10;
     /// Chi-square with nine degrees of freedom exceeds this with a probability of 1 %.
     const BY_CHANCE: f64 = 21.67;

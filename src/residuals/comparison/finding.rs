@@ -1,4 +1,4 @@
-//! Views that stand out, strongest first, each tested beyond those before it.
+//! Views that are significant, strongest first, each tested beyond those before it.
 //!
 //! A displaced ball affects every view: the other balls, and the joints whose angles differ from ball to ball. Hence
 //! the view with the largest gain is selected first (Schwarz 1978, with the noise as the smallest possible remainder)
@@ -10,7 +10,7 @@ use super::standout::{Standout, Subject};
 use crate::residuals::noise_floor::{NoiseFloor, fisher_chance};
 use crate::residuals::views::{Scores, Taken, ViewTest};
 
-/// Largest number of findings; if more views stand out, the model is wrong in many small ways.
+/// Largest number of findings; if more views are significant, the model is wrong in many small ways.
 const MOST: usize = 5;
 
 /// A view that explains less than this share of what noise does not explain is not reported, however significant it is.

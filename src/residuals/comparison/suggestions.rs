@@ -1,4 +1,4 @@
-//! Effects of the catalogue that would cause what stands out.
+//! Effects of the catalogue that would cause what is significant.
 
 use super::layout::Layout;
 use super::standout::Subject;

@@ -5,7 +5,7 @@
 pub struct NominalFit {
     /// Name of the dataset.
     pub dataset: String,
-    /// Residual, 3-D rms, without the rows that a robust fit sets aside, m.
+    /// Residual, 3-D rms, without the rows that a robust fit excludes, m.
     pub residual: f64,
     /// The same with all rows, m.
     pub plain: f64,

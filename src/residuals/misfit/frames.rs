@@ -14,12 +14,13 @@ use crate::robot::{FramePose, Pose, Robot, rigid_fit};
 const NU: f64 = 4.0;
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN_OF_SQUARES: f64 = 2.366;
-/// A row is set aside if its residual exceeds this many standard deviations per axis.
+/// A row is excluded if its residual exceeds this many standard deviations per axis.
 const SET_ASIDE: f64 = 10.0;
 /// Smallest standard deviation per axis, m: rounding in files.
 const FINEST: f64 = 1e-8;
-/// Largest number of steps of the robust fit, and of the least squares after it.
+/// Largest number of steps of the robust fit.
 const STEPS: usize = 25;
+/// Largest number of steps of the least squares after it.
 const LAST_STEPS: usize = 4;
 /// A fit ends at a step shorter than this, m and rad.
 const AT_REST: f64 = 1e-8;
@@ -40,7 +41,7 @@ pub(super) struct Fitted {
     pub frames: Frames,
     /// Length of the residual of each row, then of each known distance between balls, m.
     pub misses: Vec<f64>,
-    /// Rms in 3-D of the rows not set aside, m.
+    /// Rms in 3-D of the rows not excluded, m.
     pub robust: f64,
     /// The same of all rows, m.
     pub plain: f64,
@@ -280,7 +281,7 @@ impl<'a> FrameFit<'a> {
         }
     }
 
-    /// For each row, true if it is not set aside.
+    /// For each row, true if it is not excluded.
     fn kept(&self, misses: &[f64]) -> Vec<bool> {
         let most = SET_ASIDE * scale(misses).sqrt().max(FINEST);
         misses.iter().map(|d| *d <= most).collect()

@@ -12,8 +12,9 @@ use crate::measure::dataset::Dataset;
 use crate::robot::{JointKind, Pose};
 use crate::units::DEG;
 
-/// Number of rows on which slips are screened, singly and in pairs.
+/// Number of rows on which single slips are screened.
 const SCREENED: usize = 80;
+/// Number of rows on which pairs of slips are screened.
 const PAIRS_SCREENED: usize = 40;
 /// Number of slips that are then tried on more rows.
 const CONFIRMED: usize = 8;
@@ -37,12 +38,13 @@ const FREEDOM: f64 = 1.5;
 const FEW_GROSS: f64 = 0.05;
 /// Largest share of gross rows that are reported as single bad rows.
 const MOST_GROSS: f64 = 0.2;
-/// A base fitted within this distance of the stated one, m, should not be turned by this angle or more, rad.
+/// Distance, m, within which a fitted base is taken to be at the stated place.
 const STATED: f64 = 0.05;
+/// Rotation from the stated orientation, rad, that such a base should not reach.
 const TURNED: f64 = 20.0 * DEG;
-/// A slip corrects the base if it leaves it turned by no more than this, rad.
+/// A slip corrects the base if the base then deviates from its stated orientation by no more than this, rad.
 const PUT_RIGHT: f64 = 2.0 * DEG;
-/// Number of best trials reported if none explains the misfit.
+/// Number of best trials that are reported if none explains the misfit.
 const TOLD: usize = 3;
 /// Number of gross rows named individually, at most.
 const NAMED: usize = 20;
@@ -79,7 +81,7 @@ impl Search<'_> {
         let screen = self.some.selection(SCREENED);
         let before = fit(&screen);
         // If the robust residual is as expected, slips are scored by all rows including gross ones, otherwise by the
-        // rows not set aside.
+        // rows not excluded.
         let by_all = !too_large;
         let mut tried = try_all(&screen, &singles, by_all);
         if !too_large && gross.is_empty() {
@@ -243,7 +245,7 @@ fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
     slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
 }
 
-/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not set aside. Omits slips
+/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not excluded. Omits slips
 /// that leave less than half of the rows.
 fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
     let own = signal(campaign);

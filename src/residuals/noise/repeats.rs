@@ -20,16 +20,19 @@ use crate::residuals::views::SeenSample;
 /// A joint is said to scatter if omitting it lowers twice the log-likelihood by more than this.
 pub(crate) const REPEATS_ALARM: f64 = 12.0;
 
-/// Fewest degrees of freedom (events minus postures) for a decomposition, and most postures used in it.
+/// Fewest degrees of freedom (events minus postures) for a decomposition.
 const FEWEST: usize = 20;
+/// Largest number of postures used in a decomposition.
 const MOST_POSTURES: usize = 400;
 
-/// Least white noise, as a share of the scatter's variance; and the share of all events that are the rarest.
+/// Lower limit of the white noise, as a share of the scatter's variance.
 const FLOOR: f64 = 1e-9;
+/// Share of all events that count as the rarest.
 const RAREST: f64 = 0.05;
 
-/// Largest number of iterations, and the change of any component, as a share of the scatter, at which they stop.
+/// Largest number of iterations.
 const ROUNDS: usize = 400;
+/// Change of any component, as a share of the scatter, at which the iterations stop.
 const SETTLED: f64 = 1e-5;
 
 /// Contribution of a joint to the scatter of repeats.

@@ -22,15 +22,17 @@ pub(crate) const SUSPECT_DEVIATION: f64 = 6.0;
 /// Significance level, for all samples together, at which the least-squares fit of the others confirms a suspect.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// More suspects than this share of the postures, and more than [`ALWAYS_ALLOWED`], are not accidents but indicate an
-/// effect that the model lacks.
+/// Largest share of the postures that may be suspects: more of them, and more than [`ALWAYS_ALLOWED`], are not accidents but
+/// indicate an effect that the model lacks.
 const MOST: f64 = 0.05;
+/// Number of suspects that are allowed however few the postures.
 const ALWAYS_ALLOWED: usize = 2;
 
-/// Degrees of freedom of the Student-t fit, largest number of iterations, and the change of a weight at which they
-/// stop.
+/// Degrees of freedom of the Student-t fit.
 const NU: f64 = 4.0;
+/// Largest number of iterations of that fit.
 const ROUNDS: usize = 30;
+/// Change of a weight at which the iterations stop, dimensionless.
 const SETTLED: f64 = 1e-4;
 
 /// Largest leverage taken into account: a sample that alone determines a parameter cannot be judged.

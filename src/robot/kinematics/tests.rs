@@ -8,6 +8,7 @@ use crate::robot::{Link, MdhLink, rotation_vector};
 
 /// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both below the tolerance.
 const STEP: f64 = 1e-5;
+/// Largest difference between a column and its central difference, m or rad per SI unit of the parameter.
 const TOLERANCE: f64 = 1e-8;
 
 fn arm(joints: usize, random: &mut ChaCha8Rng) -> Robot {
@@ -150,6 +151,7 @@ fn a_workspace_keeps_nothing_of_the_posture_before() {
 /// Bit for bit: lanes are independent of their neighbours.
 #[test]
 fn postures_side_by_side_are_those_that_each_has_alone() {
+    /// Number of postures computed together.
     const LANES: usize = 8;
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for joints in [1, 6, 7, 9] {

@@ -45,7 +45,7 @@ impl JointType {
         (JointType::Floating, "floating"),
     ];
 
-    /// What a joint of an arm does; a continuous one turns.
+    /// Kind of a joint of an arm; a continuous one is revolute.
     pub fn moves(self) -> JointKind {
         if self == JointType::Prismatic { JointKind::Prismatic } else { JointKind::Revolute }
     }
@@ -106,7 +106,7 @@ struct Reader<'a> {
 
 impl UrdfDocument {
     /// # Errors
-    /// With the line, if the text is no URDF.
+    /// With the line, if the text is not a URDF.
     pub fn read(path: &Path, text: &str) -> Result<Self, FileError> {
         let xml = Document::parse(text).map_err(|e| FileError {
             line: Some(e.pos().row as usize),

@@ -20,7 +20,7 @@ pub struct MissingMesh {
 /// are left out.
 ///
 /// # Errors
-/// If the file cannot be read, or is no XML.
+/// If the file cannot be read, or is not XML.
 pub fn missing_meshes(path: &Path) -> Result<Vec<MissingMesh>, FileError> {
     let text = read_text(path)?;
     let xml = Document::parse(&text).map_err(|e| FileError {

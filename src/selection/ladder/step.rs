@@ -126,7 +126,7 @@ impl LadderStep {
         Compared { added: &self.added, gains: &self.gains, before: below.scored(), after: self.scored() }
     }
 
-    /// Objection to setting suspects aside for good.
+    /// Objection to excluding suspects for good.
     pub(super) fn objection_of_the_others(&self, below: &LadderStep) -> Option<Objection> {
         self.compared(below).objection_of_the_others()
     }

@@ -14,7 +14,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
 use crate::measure::poses::Postures;
 
-/// The whole library is offered if its effective number of parameters is no larger than this share of three components
+/// The whole library is offered if its effective number of parameters is not larger than this share of three components
 /// per posture.
 const SHARE_OF_NUMBERS: f64 = 0.9;
 
@@ -84,7 +84,7 @@ pub struct Recommendation {
     pub choices: Vec<Choice>,
     /// Index of the recommended one.
     pub chosen: usize,
-    /// Samples that the steps set aside; every model but the first sets them aside too.
+    /// Samples that the steps exclude; every model but the first excludes them too.
     pub aside: Vec<String>,
     /// Number of postures.
     pub postures: usize,
@@ -112,9 +112,9 @@ impl Recommendation {
 /// Candidates by index, each with its prior information.
 type Held = Vec<(usize, f64)>;
 
-/// Judges the model of an examination: alone, with `steps`, with the error curves, and with `library` (ids with their
-/// prior widths, in plausible sizes and units of the noise that remains with the library). Of the steps, `bad` set
-/// aside suspect samples, without which all others are known better; they are set aside whichever model is chosen.
+/// Judges the model of an examination: alone, with `steps`, with the error curves, and with `library` (ids with their prior
+/// widths, in plausible sizes and units of the noise that remains with the library). Of the steps, `bad` exclude suspect
+/// samples, without which all others are known better; they are excluded whichever model is chosen.
 ///
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.

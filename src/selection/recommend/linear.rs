@@ -55,7 +55,7 @@ pub(super) struct Linear<'a> {
     local: Vec<Option<usize>>,
     /// Sum of the squares of each column.
     energy: Vec<f64>,
-    /// Index of the place where the ball of each sample stands; `None` without a ball.
+    /// Index of the place of the ball of each sample; `None` without a ball.
     pub places: Vec<Option<usize>>,
     /// Factor that converts prior information of a fit to units of these rows, which are weighted by the known noise
     /// rather than the stated one.
@@ -118,7 +118,7 @@ impl<'a> Linear<'a> {
         choice
     }
 
-    /// Number of scalar residuals not set aside, known distances included.
+    /// Number of scalar residuals not excluded, known distances included.
     pub fn scalars(&self) -> usize {
         let aside: usize = (0..self.stretch.len()).filter(|&s| self.aside[s]).map(|s| self.stretch[s].1).sum();
         self.rows.ncols() - aside
@@ -184,7 +184,7 @@ impl<'a> Linear<'a> {
         products
     }
 
-    /// Inner products of all rows not set aside.
+    /// Inner products of all rows not excluded.
     pub fn all_products(&self) -> DMatrix<f64> {
         self.products(&self.taken().collect::<Vec<_>>()) + self.always()
     }

@@ -70,7 +70,7 @@ impl Gain {
         self.lacks().is_none()
     }
 
-    /// What the gain lacks to convince.
+    /// Why the gain is not significant; `None` if it is.
     pub fn lacks(&self) -> Option<Lack> {
         let needed = least_sigma(self.postures);
         if self.share.is_nan() {
@@ -89,7 +89,7 @@ impl Gain {
     }
 }
 
-/// What a gain lacks to convince.
+/// Why a gain is not significant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lack {
     /// There is none.

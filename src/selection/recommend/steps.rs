@@ -10,7 +10,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
 
-/// Computes the gain of `after` over `before`, one entry per division; empty if it adds nothing but samples set aside.
+/// Computes the gain of `after` over `before`, one entry per division; empty if it adds nothing but excluded samples.
 ///
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.

@@ -1,4 +1,4 @@
-//! What is fed: every reader of a file, of a frame on the wire and of a line typed by a user, by name.
+//! Targets of the fuzzing, by name: every reader of a file, of a frame on the wire and of a line typed by a user.
 
 use std::fs;
 use std::hint::black_box;
@@ -94,7 +94,8 @@ fn dataset(folder: &str, toml: &[u8], samples: &[u8]) -> Option<Dataset> {
 static PAPER: LazyLock<Dataset> =
     LazyLock::new(|| dataset("paper", DATASET_TOML.as_bytes(), SAMPLES_CSV.as_bytes()).expect("the dataset is right"));
 
-/// What can be read must also be fitted, or refused, without a panic. A fit is a thousand readings long, so that only small ones are made.
+/// Data that can be read must also be fitted, or refused, without a panic. A fit is a thousand readings long, so that only
+/// small ones are made.
 fn fitted(dataset: &Dataset) {
     if dataset.samples.len() <= 12 && dataset.robot.joints() <= 7 {
         black_box(identify(&[("d", dataset)], &Model::default_for(dataset)).is_ok());
@@ -222,7 +223,7 @@ fn program(bytes: &[u8]) {
     assert_eq!(again.positions, first.positions);
 }
 
-/// What an indicator sends, in pieces: the first byte says how long they are.
+/// Bytes from an indicator, in pieces: the first byte says how long they are.
 fn gauge_line(bytes: &[u8]) {
     let Some((piece, sent)) = bytes.split_first() else { return };
     let mut reader = LineReader::default();
@@ -240,7 +241,7 @@ fn gauge_word(bytes: &[u8]) {
     }
 }
 
-/// What a served indicator is asked.
+/// Requests to a served indicator.
 fn gauge_command(bytes: &[u8]) {
     let [mut plunger, ..] = ScriptedCell::new(Script::default()).indicators();
     let mut instrument = Instrument::new("1", Manner::default());
@@ -249,7 +250,7 @@ fn gauge_command(bytes: &[u8]) {
     }
 }
 
-/// What a client or a server sends, in pieces; whole frames go back to the bytes they came of.
+/// Bytes from a client or a server, in pieces; whole frames must encode to the bytes that they were decoded from.
 fn kuka_frame(bytes: &[u8]) {
     let Some((piece, sent)) = bytes.split_first() else { return };
     let (mut requests, mut responses) = (FrameReader::default(), FrameReader::default());

@@ -52,7 +52,7 @@ impl Programs {
         Ok(Some(Programs { programs, outs }))
     }
 
-    /// Compensates and writes them; returns their part of the document with `--json`, and tells it otherwise.
+    /// Compensates and writes them; returns their part of the document with `--json`, and prints it otherwise.
     pub fn compensate(
         &self,
         arguments: &Arguments,
@@ -110,7 +110,7 @@ impl Programs {
     }
 }
 
-/// Where each program goes: the file that was named, or its own name in the folder.
+/// Output path of each program: the file that was named, or its own name in the folder.
 fn destinations(programs: &[Program], out: Option<&Path>) -> Result<Vec<PathBuf>, FileError> {
     let Some(out) = out else { return Ok(Vec::new()) };
     let into_folder = programs.len() > 1 || out.is_dir();

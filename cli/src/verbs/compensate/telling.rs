@@ -1,4 +1,4 @@
-//! What is told of targets and of programs alike.
+//! Messages common to targets and programs.
 
 use calibench::compensate::Compensator;
 use calibench::robot::{FramePose, Pose};

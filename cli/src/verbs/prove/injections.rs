@@ -1,4 +1,4 @@
-//! What the data can show: every effect of the catalogue is injected and looked for.
+//! Detectable effects: every effect of the catalogue is injected into the data and looked for.
 
 use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
@@ -13,7 +13,7 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written};
 use crate::terminal::progress::{Trials, Waiting};
 
-/// Fitted rows used of each dataset if not stated: a minute's work.
+/// Number of fitted rows used of each dataset if not stated: a minute's work.
 const AT_MOST: usize = 2000;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {

@@ -98,7 +98,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// What was done and what came of it.
+/// The injections and their results, in sentences.
 pub fn sentences(found: &Injections, [used, all]: [usize; 2]) -> String {
     let noise = match found.noise.source {
         "stated" => "the stated noise",

@@ -20,7 +20,7 @@ use crate::injection::measured_by;
 
 /// Datasets of one robot that are fitted together.
 pub struct Campaign {
-    /// What was measured, in a clause.
+    /// Description of the measurements, in a clause.
     pub words: String,
     /// The datasets, by name.
     pub datasets: Vec<(String, Dataset)>,
@@ -28,16 +28,19 @@ pub struct Campaign {
     pub model: Model,
 }
 
-/// Seconds from one point to the next, and the temperatures at the beginning and at the end of a session.
+/// Time from one point to the next, s.
 const POINT_S: f64 = 30.0;
+/// Temperatures at the beginning and at the end of a session, °C.
 const WARMING_C: [f64; 2] = [20.0, 35.0];
 
-/// Largest difference between a commanded and a reported joint, and largest reading at which a probing is stopped on purpose.
+/// Largest difference between a commanded and a reported joint, rad.
 const LAG: f64 = 0.02 * DEG;
+/// Largest reading at which a probing is stopped on purpose, m.
 const STOPPED: f64 = 300.0 * UM;
 
-/// Where the second target is on the tool, m, and the noise of an orientation, rad.
+/// Position of the second target on the tool, m.
 const SECOND_TARGET: [f64; 3] = [40.0 * MM, 25.0 * MM, -10.0 * MM];
+/// One-sigma of a measured orientation, rad per axis.
 const ORIENTATION_NOISE: f64 = 100.0 * URAD;
 
 /// Measures the cell of a scenario by every means: balls, balls with the probings stopped on purpose, points, poses, both
@@ -70,7 +73,7 @@ pub fn of_scenario(scenario: &Scenario, seed: u64, observer: &mut dyn CampaignOb
     of.into_iter()
         .map(|(words, dataset, truth)| {
             let mut random = Streams { seed, trial: 0 }.stream(&words);
-            // With other columns the same samples are measured anew.
+            // With other columns the same samples are measured again.
             let datasets = measured_by(&[(NAME, &dataset)], truth, 1.0, &mut random)?;
             Ok(Campaign {
                 words: format!("{}, {words}", scenario.robot().name),

@@ -1,5 +1,5 @@
 //! The measurements that a robot with an injected effect would have given: the user's own samples, displaced by what the effect
-//! does to them, with noise drawn anew.
+//! does to them, with noise sampled again.
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
@@ -16,7 +16,7 @@ use super::Subject;
 /// Corrections of the joint angles until a centred ball is centred: each leaves the square of the last.
 const CENTRINGS: usize = 3;
 
-/// What is drawn for one sample, in units of its noise.
+/// Noise sampled for one row, in units of its standard deviation.
 struct Draw {
     position: Vector3<f64>,
     turn: Vector3<f64>,
@@ -47,7 +47,7 @@ pub(crate) fn measured_by(
     Ok(datasets)
 }
 
-/// How each sample has to change for its residual under `truth` to be the noise drawn for it.
+/// Change of each sample for which its residual under `truth` is the noise sampled for it.
 fn corrections(truth: &Calibration, named: &[(&str, &Dataset)], draws: &[Draw]) -> Result<Vec<Correction>, IdentifyError> {
     let truly = truth.apply(named, Use::Fit)?;
     let samples: Vec<(&Dataset, &Sample)> =

@@ -27,7 +27,7 @@ pub enum Division {
     Blocks,
     /// Places of an artifact held out.
     Places,
-    /// Whole campaigns held out: the same robot set up anew.
+    /// Whole campaigns held out: the same robot set up again.
     Campaigns,
 }
 

@@ -51,7 +51,7 @@ pub struct Columns {
     methods: Methods,
     diagnosed: bool,
     parameters: Vec<String>,
-    /// The share of robots asked for, in a study of rare ones.
+    /// The share of robots requested, in a study of rare ones.
     rare: Option<f64>,
 }
 

@@ -251,6 +251,7 @@ impl RowsFile {
 
 /// Byte offset after the last complete line; leaves the file at its beginning.
 fn end_of_lines(file: &mut File) -> std::io::Result<u64> {
+    /// Size of the blocks in which the file is read from its end, bytes.
     const STEP: u64 = 1 << 16;
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut block = Vec::new();

@@ -28,8 +28,9 @@ const SPREAD: [&str; 10] = [
     "cell_s",
 ];
 
-/// Columns of which a study of rare robots tells the tail: those that follow the mean square, at which it aims. The largest error of
-/// a robot may be rare at one pose alone: in studies of 500 trials the few that were drawn so had spreads that told too little.
+/// Columns whose tail a study of rare robots estimates: those that follow the mean square, at which it aims. The largest error
+/// of a robot may be rare at one pose alone: in studies of 500 trials the few that were sampled so had spreads that were too
+/// small.
 const TAILS: [&str; 3] = ["mean_mm", "rms_mm", "p95_mm"];
 
 /// Number of distinct failure reasons listed; others are only counted.
@@ -171,7 +172,7 @@ impl Summary {
             return;
         }
         of.done += 1;
-        // Counts of trials with weights are no shares of robots.
+        // Counts of trials with weights are not shares of robots.
         if weighted.is_some() {
             return;
         }
@@ -236,7 +237,7 @@ impl MethodSummary {
         SPREAD.iter().filter_map(|name| Some((*name, self.spread(name)?)))
     }
 
-    /// In a study of rare robots, the errors that the share asked for stay within.
+    /// In a study of rare robots, the errors that the share requested stay within.
     pub fn tails(&self) -> impl Iterator<Item = (&'static str, TailQuantile)> {
         let share = self.rare.unwrap_or(f64::NAN);
         TAILS.into_iter().zip(&self.tails).map(move |(name, tail)| (name, tail.quantile(share)))

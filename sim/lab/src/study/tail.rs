@@ -96,8 +96,9 @@ mod tests {
 
     use super::*;
 
-    /// Drawn errors of a robot, and poses at which they are felt.
+    /// Number of sampled errors of a robot.
     const DRAWN: usize = 12;
+    /// Number of poses at which they act.
     const POSES: usize = 60;
 
     /// Robots whose error is not the one that is tilted for: its mean, bent, with noise.
@@ -141,8 +142,11 @@ mod tests {
     /// the one stated, bounds hold what they promise, and 20 times the trials are saved.
     #[test]
     fn rare_studies_are_unbiased_honest_and_twenty_times_as_quick() {
+        /// Quantile that is estimated.
         const SHARE: f64 = 0.999;
+        /// Number of simulated studies.
         const STUDIES: u64 = 300;
+        /// Number of trials of each study.
         const TRIALS: u64 = 500;
         let robots = Robots::new(SHARE);
         let plain = robots.study(1, 400_000, false).quantile(SHARE);
@@ -173,7 +177,7 @@ mod tests {
         assert!(held as f64 / STUDIES as f64 > 0.95 - 4.0 * 0.0126, "{held} of {STUDIES}");
     }
 
-    /// Weights of one: the quantile is that of the counts, and a study is worth itself.
+    /// With weights of one, the quantile is that of the counts, and a study counts as its own number of trials.
     #[test]
     fn without_weights_a_tail_is_a_quantile() {
         let mut tail = Tail::default();

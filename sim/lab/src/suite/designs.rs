@@ -1,5 +1,5 @@
 //! Tests whether designed measurements separate rivals: robots whose diagnosis is ambiguous or wrong are measured again at
-//! poses chosen in three ways, and diagnosed anew.
+//! poses chosen in three ways, and diagnosed again.
 
 use calibench::diagnosis::library::Library;
 use calibench::diagnosis::{Examination, Verdict, diagnose_examined};
@@ -22,8 +22,9 @@ use calibench_sim::random::Streams;
 use calibench_sim::run::{RunError, measure_all};
 use calibench_sim::scenario::{Scenario, written_sizes};
 
-/// Poses per ball in the first campaign; the others form the pool to choose from.
+/// Poses per ball in the first campaign; the others form the pool to select from.
 const FIRST: usize = 20;
+/// Poses per ball that are measured in all.
 const MEASURED: usize = 60;
 
 /// Numbers of extra measurements.

@@ -25,6 +25,7 @@ use rayon::prelude::*;
 /// Largest error that may remain after a flaw was named and added, relative to that of the robot without it: after the
 /// largest stiffening it is 1.20.
 const MOST_LEFT: f64 = 1.3;
+/// Number of robots with each flaw.
 const SEEDS: u64 = 5;
 /// Residual of a flaw relative to the noise, above which it must be found.
 const VISIBLE: f64 = 4.0;

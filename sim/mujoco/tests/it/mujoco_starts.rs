@@ -1,5 +1,5 @@
-//! When the feature `mujoco` is built, MuJoCo starts inside this process in its pinned version, and computes. A failed start
-//! fails the test, with the remedy: anyone who builds the feature wants MuJoCo.
+//! With the feature `mujoco`, MuJoCo starts inside this process in its pinned version, and computes. A failed start fails the
+//! test, with the remedy: anyone who builds the feature wants MuJoCo.
 
 use calibench_mujoco::mujoco;
 use numpy::{PyArray1, PyArrayMethods};
@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 const FALLING: &str = r#"<mujoco><option timestep="0.001" gravity="0 0 -9.81"/><worldbody>
     <body><joint type="slide" axis="0 0 1"/><geom size="0.01" mass="1"/></body>
 </worldbody></mujoco>"#;
+/// Time step, s.
 const STEP: f64 = 1e-3;
+/// Gravity of the model, m/s².
 const GRAVITY: f64 = 9.81;
 
 /// Tolerance for sums of a thousand equal terms in double precision.

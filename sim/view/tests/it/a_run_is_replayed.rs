@@ -10,8 +10,9 @@ use std::time::Instant;
 
 use calibench::files::read_text;
 
-/// Limits for a recording of 80 probings: small enough to be mailed, and short enough to wait for.
+/// Largest size of a recording of 80 probings, bytes: small enough to be mailed.
 const LARGEST: u64 = 30_000_000;
+/// Longest time to write it, s.
 const LONGEST_S: f64 = 10.0;
 
 /// A run of the paper's experiment: 80 probings, four missed, 500 validation points.

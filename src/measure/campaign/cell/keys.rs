@@ -31,16 +31,16 @@ pub(super) struct CellToml<R> {
     /// The indicators of the gauge: three, one for each axis of the tool.
     #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 3)))]
     pub indicator: Vec<IndicatorKeys>,
-    /// What the arm must not do.
+    /// Limits on the motion of the arm.
     #[serde(default)]
     pub guards: GuardsKeys,
     /// The gauge and its balls.
     #[serde(default)]
     pub trical: TriCalKeys,
-    /// When a ball is centred.
+    /// Conditions under which a ball counts as centred.
     #[serde(default)]
     pub centring: CentringToml,
-    /// What the mastering of the indicators accepts.
+    /// Limits that the mastering of the indicators accepts.
     #[serde(default)]
     pub mastering: MasteringToml,
 }

@@ -14,8 +14,9 @@ use crate::units::MM;
 
 /// Length of a branch, rad (norm over the joints).
 const BRANCH: f64 = 0.15;
-/// Branches tried before a search is given up, and number of searches.
+/// Branches tried before a search is given up.
 const TRIES: usize = 3_000;
+/// Number of searches, the first with the widest clearance.
 const SEARCHES: u64 = 5;
 /// Largest reduction of the gap between two nodes, m: the search requires more than the way must have.
 const BETWEEN_NODES: f64 = 3.0 * MM;
