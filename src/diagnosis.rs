@@ -160,7 +160,8 @@ pub struct Diagnosis {
 const OUTLIER_ODDS: f64 = 20.0;
 
 impl Diagnosis {
-    /// Of data that do not fit their robot and were taken all the same: what the model leaves of them is not noise.
+    /// Withdraws the verdict "noise" for data that do not fit their robot and were accepted by force: their residual is not
+    /// noise.
     pub fn doubt_noise(&mut self) {
         if self.verdict_without_suspects.unwrap_or(self.verdict).is_noise() {
             (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);

@@ -50,7 +50,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             command(advice, diagnosis, commands)
         ),
     };
-    // What is advised all the same, as a sample is that disagrees with all others, is not refused.
+    // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
     let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
     let refused = refused.map(|(effect, objections)| {
         let why = objections.first().map(objection_sentence).unwrap_or_default();

@@ -27,7 +27,7 @@ impl Gauge {
         Gauge { plungers }
     }
 
-    /// A gauge with flaws drawn from `spec`, from the stream `gauge`.
+    /// A gauge with flaws sampled from `spec`, from the stream `gauge`.
     pub fn draw(spec: &PlungerSpec, streams: &Streams) -> Self {
         let mut rng = streams.stream("gauge");
         Gauge::new(array::from_fn(|_| PlungerTruth::draw(&mut rng, spec)), streams)

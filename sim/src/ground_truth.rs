@@ -87,7 +87,7 @@ pub struct GroundTruth {
     pub named: Option<(String, bool)>,
 }
 
-/// Compares the truth of a scenario, drawn from `streams`, with a calibration of `dataset` and its diagnosis.
+/// Compares the truth of a scenario, sampled from `streams`, with a calibration of `dataset` and its diagnosis.
 ///
 /// # Errors
 /// When data and model do not match.

@@ -38,7 +38,7 @@ struct Misshapen {
     distortion: Distortion,
 }
 
-/// The effect with a shape drawn at this mismatch (0 to 1), if it has a shape constant. Always takes exactly one number
+/// The effect with a shape sampled at this mismatch (0 to 1), if it has a shape constant. Always takes exactly one number
 /// from `rng`.
 pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -> Box<dyn Flaw> {
     let draw = rng.random_range(-1.0..=1.0f64);

@@ -38,7 +38,7 @@ pub struct Distances<'a> {
 }
 
 impl<'a> Distances<'a> {
-    /// The instrument of a scenario with errors drawn from the streams of a trial.
+    /// The instrument of a scenario with errors sampled from the streams of a trial.
     pub fn set_up(spec: &'a InstrumentToml, streams: &Streams) -> Self {
         let mut random = streams.stream("anchors");
         let place = |nominal: &[f64; 3]| noisy_point(&(Vector3::from(*nominal) * MM), spec.anchor_sigma_um * UM, &mut random);

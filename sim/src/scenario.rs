@@ -210,7 +210,7 @@ impl Scenario {
         Scenario { plant, ..self.clone() }
     }
 
-    /// The same cell with robots drawn by `tilt`, which has a number for every drawn size.
+    /// The same cell with robots sampled by `tilt`, which has a number for every sampled size.
     pub fn tilted(&self, tilt: Tilt) -> Scenario {
         Scenario { truth: self.truth.tilted(tilt), ..self.clone() }
     }

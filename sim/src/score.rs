@@ -34,7 +34,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Compares a calibration with the sizes stated by the scenario (drawn ones are not compared).
+    /// Compares a calibration with the sizes stated by the scenario (sampled ones are not compared).
     pub fn of(calibration: &Calibration, scenario: &Scenario) -> Self {
         let truth: BTreeMap<&str, Option<f64>> = scenario.truth().effects().iter().flat_map(StatedEffect::parameters).collect();
         let parameters = calibration

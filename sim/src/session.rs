@@ -61,7 +61,7 @@ pub struct Points {
 }
 
 impl<'a> Session<'a> {
-    /// Masters the gauge of a scenario's cell, its errors drawn from the streams of a trial; `session_s` is the approximate
+    /// Masters the gauge of a scenario's cell, its errors sampled from the streams of a trial; `session_s` is the approximate
     /// time in which all fitted data will be measured.
     ///
     /// # Errors

@@ -1,12 +1,12 @@
-//! Errors of the robot drawn from another distribution than the scenario's, so that robots with rare results are frequent.
+//! Errors of the robot sampled from another distribution than the scenario's, so that robots with rare results are frequent.
 //!
-//! The result is close to a quadratic form of the drawn errors x (in units of their one-sigma): with the linear response A of the
-//! errors at the validation poses and their part e that is not drawn, the mean square is `Q(x) = |A x + e|² / n`. Weighing the
-//! normal density by `exp(theta Q)` gives another normal density, under which the mean square of a robot is on average as large
-//! as it is rarely (Glasserman, Heidelberger & Shahabuddin 2000, who find the losses of portfolios so). A share of the
-//! trials is drawn as the scenario states, so that no weight exceeds the inverse of that share, however wrong the linear response
-//! is (Hesterberg 1995, defensive mixtures). Weights make every mean exactly that of the scenario: the response decides what an
-//! answer costs, and never what it is.
+//! The result is close to a quadratic form of the sampled errors x (in units of their one-sigma): with the linear response A of
+//! the errors at the validation poses and their part e that is not sampled, the mean square is `Q(x) = |A x + e|² / n`.
+//! Weighing the normal density by `exp(theta Q)` gives another normal density, under which the mean square of a robot is on
+//! average as large as it is rarely (Glasserman, Heidelberger & Shahabuddin 2000, who find the losses of portfolios so). A
+//! share of the trials is sampled as the scenario states, so that no weight exceeds the inverse of that share, however wrong
+//! the linear response is (Hesterberg 1995, defensive mixtures). Weights make every mean exactly that of the scenario: the
+//! response decides what an answer costs, and never what it is.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::RngExt;
@@ -23,10 +23,10 @@ const NEAREST_TO_POLE: f64 = 1.0 - 1e-9;
 /// Bisections of the exponent: to the last bits of a number.
 const BISECTIONS: usize = 100;
 
-/// Draws the errors of a robot, and knows how much more often than the scenario it draws each.
+/// Samples the errors of a robot, with the importance weight of each.
 #[derive(Debug, Clone)]
 pub struct Tilt {
-    /// Share of trials drawn as stated.
+    /// Share of trials sampled as stated.
     as_stated: f64,
     /// The other trials are `centre + spread * (standard normal numbers)`.
     centre: DVector<f64>,
@@ -85,7 +85,7 @@ fn exceeded(theta: f64, constant: f64, axes: &[(f64, f64)]) -> f64 {
 
 impl Tilt {
     /// Draws robots whose mean square `form` is on average what `share` of the scenario's robots stay below; `None` if the
-    /// drawn errors change nothing.
+    /// sampled errors change nothing.
     pub fn towards(form: QuadraticForm, share: f64) -> Option<Self> {
         let eigen = SymmetricEigen::try_new(form.curvature.clone(), f64::EPSILON, 0)?;
         let slopes = eigen.eigenvectors.tr_mul(&form.linear);
@@ -149,7 +149,7 @@ mod tests {
 
     use super::*;
 
-    /// A response of 60 errors to 12 draws, of very different strengths, beside a part that is not drawn.
+    /// A response of 60 errors to 12 draws, of very different strengths, beside a part that is not sampled.
     fn form() -> QuadraticForm {
         let mut random = Streams { seed: 5, trial: 0 }.stream("response");
         let response = DMatrix::from_fn(60, 12, |_, k| random.sample::<f64, _>(StandardNormal) / (1.0 + k as f64));

@@ -71,7 +71,7 @@ pub struct World {
 }
 
 impl World {
-    /// The cell of a scenario with errors drawn from the streams of a trial, for a session of about `session_s` seconds.
+    /// The cell of a scenario with errors sampled from the streams of a trial, for a session of about `session_s` seconds.
     ///
     /// # Errors
     /// When the scenario's plant cannot simulate it.

@@ -34,9 +34,9 @@ pub enum ScriptedFault {
     },
     /// Two indicators are exchanged.
     Exchanged {
-        /// One.
+        /// Axis of the first indicator, counted from 0.
         a: usize,
-        /// The other.
+        /// Axis of the second indicator, counted from 0.
         b: usize,
     },
     /// An indicator's reading drifts.

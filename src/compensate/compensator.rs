@@ -261,7 +261,7 @@ impl<'a> Compensator<'a> {
         Some(postures)
     }
 
-    /// The sides of a posture that KUKA's status tells apart, each negative where its bit is set (m, rad, rad).
+    /// The sides of a posture that KUKA's status distinguishes, each negative where its bit is set (m, rad, rad).
     pub(super) fn status_sides(&self, q: &[f64; 6]) -> Option<[f64; 3]> {
         let [reach, elbow, five] = self.inverse.wrist()?.bends(q);
         Some([reach, -elbow, five])

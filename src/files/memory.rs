@@ -154,7 +154,7 @@ pub fn check_output_folder(_: &Path, _what: &str, _mark: &str) -> std::result::R
     Ok(())
 }
 
-/// Memory is as it is.
+/// Does nothing: memory needs no synchronising.
 pub(crate) fn sync_folder_of(_: &Path) -> Result<()> {
     Ok(())
 }

@@ -176,7 +176,7 @@ impl Calibration {
         open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
     }
 
-    /// Converts a fit to a calibration, with uncertainties by noise and by what the model lacks, as [`identify`] states them;
+    /// Converts a fit to a calibration, with uncertainties by noise and by model discrepancy, as [`identify`] states them;
     /// by noise alone where the residuals do not tell.
     ///
     /// [`identify`]: super::identify

@@ -44,7 +44,7 @@ pub enum FleetError {
     SameRobot {
         /// The calibration.
         name: String,
-        /// The other.
+        /// Name of the calibration of the same measurements.
         other: String,
     },
     /// A calibration that repeats what a fleet said.

@@ -59,7 +59,7 @@ pub struct FleetPrior {
     pub fleet: Option<Fleet>,
     /// Factor by which every sigma is widened.
     pub widened: f64,
-    /// The noise by which data are weighed, in units of that stated.
+    /// The noise by which data are weighted, in units of that stated.
     pub noise: f64,
 }
 

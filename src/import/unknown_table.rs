@@ -281,7 +281,7 @@ fn position_name(stem: &str) -> i32 {
         return -1;
     }
     let bare = i32::from(stem == "x");
-    // Beside what is called measured, a plain `x` is where the arm was told to go.
+    // If another column is called measured, a plain `x` is the commanded position.
     let measured = i32::from(has(&["meas", "actual", "track", "laser"]));
     let position = i32::from(has(&["meas", "actual", "track", "laser", "point", "pos", "is"]));
     let target = i32::from(has(&TARGETS));

@@ -106,7 +106,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         Campaign { controller, settings, joints, plungers, ways: None, stands: ArmAt::Unknown }
     }
 
-    /// Uses these ways; the arm is at `stands` now. Without ways it moves directly to every pose, whatever is between.
+    /// Uses these ways; `stands` is the present posture of the arm. Without ways it moves directly to every pose, whatever is between.
     #[must_use]
     pub fn by(self, ways: HomeWays, stands: ArmAt) -> Self {
         Campaign { ways: Some(ways), stands, ..self }

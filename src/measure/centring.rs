@@ -171,12 +171,9 @@ struct LastStep {
     step: Vector3<f64>,
 }
 
-/// Joint motion below which the arm did not move, rad: an eighth of the motion that the smallest step (3 um) requires of a
-/// joint 0.4 m away, eight times the last digit of a KUKA's read-back (float32 degrees).
+/// Joint motion below which the arm did not move, rad: 1/8 of a step of 3 um at 0.4 m, 8 digits of a KUKA's read-back (float32).
 const STANDSTILL: f64 = 1e-6;
-
-/// Difference between commanded and read-back joints at which the arm has not arrived, rad: 0.06 degrees, more than any
-/// residual servo error, less than any planned motion.
+/// Joint error at which the arm has not arrived, rad: 0.06 deg, more than any servo error, less than any planned motion.
 const NOT_THERE: f64 = 1e-3;
 
 fn arrived(target: &[f64], joints: &[f64]) -> bool {

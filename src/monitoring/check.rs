@@ -246,7 +246,7 @@ impl<'a> CheckReference<'a> {
     /// From the campaign that was calibrated, or an earlier check: its repeats, if it has enough, tell the noise.
     ///
     /// # Errors
-    /// When the noise is neither stated nor told by repeats, or the data do not belong to the calibration.
+    /// When the noise is neither stated nor estimated from repeats, or the data do not belong to the calibration.
     pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
         let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
         if !reference.is_as_calibrated() {

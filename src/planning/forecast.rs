@@ -15,7 +15,7 @@ use super::rival::State;
 use crate::identify::fit::FitError;
 use crate::math::linalg;
 
-/// Number of data sets drawn under each rival; the chances below have a standard error of about 2 %.
+/// Number of data sets sampled under each rival; the chances below have a standard error of about 2 %.
 const DRAWS: usize = 500;
 
 /// Probability from which on a credible set consists of one effect alone.
@@ -62,7 +62,7 @@ impl Forecast {
 
     /// Forecast after measurements with these columns of a pool, three per measurement.
     ///
-    /// Data are drawn from each rival's predictive distribution, including its own uncertainty, and judged by Bayes'
+    /// Data are sampled from each rival's predictive distribution, including its own uncertainty, and judged by Bayes'
     /// rule as in a diagnosis: `P(b | y) ~ pi_b N(y; X_b theta_b, I + X_b P_b X_b^T)`. The average over the draws
     /// accounts for data that mislead.
     pub(super) fn after(states: &[State], weights: &[f64], columns: &DMatrix<f64>, seed: u64) -> Result<Self, FitError> {

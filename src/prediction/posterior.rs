@@ -1,8 +1,8 @@
 //! Deviations of the robot from the fitted model: draws of everything that is compatible with the data.
 //!
 //! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two
-//! variables are drawn together with the noise. White scatter beyond the instrument noise is attributed to the robot
-//! and drawn independently at every pose.
+//! variables are sampled together with the noise. White scatter beyond the instrument noise is attributed to the robot
+//! and sampled independently at every pose.
 
 mod chance;
 mod joint_errors;

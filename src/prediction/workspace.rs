@@ -2,7 +2,7 @@
 //! effects.
 //!
 //! A small residual on four balls does not prove a good model: a missing effect is absorbed by wrong parameters at the
-//! measured poses and appears elsewhere. Every candidate is drawn at sizes that the data allow, together with the part
+//! measured poses and appears elsewhere. Every candidate is sampled at sizes that the data allow, together with the part
 //! that the fit would have absorbed, and both are evaluated at poses of the workspace.
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};

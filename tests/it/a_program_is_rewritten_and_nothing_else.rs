@@ -1,5 +1,5 @@
 //! Of a robot program only the numbers of its positions change; read back, they lead the controller to joints at which the
-//! identified robot is where the program wanted it; and what cannot be rewritten is told by its line.
+//! identified robot is where the program requires it; and what cannot be rewritten is told by its line.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! A target that cannot be compensated, or that wants care, is never dropped: it keeps its row, with the reason by name.
+//! A target that cannot be compensated, or that needs care, is never dropped: it keeps its row, with the reason by name.
 
 use std::sync::Arc;
 

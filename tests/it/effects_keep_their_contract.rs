@@ -1,4 +1,5 @@
-//! Whatever is in the catalogue: its columns are the derivatives of the exact model, zero size changes nothing, names are unique.
+//! Every effect of the catalogue: its columns are the derivatives of the exact model, zero size changes nothing, names are
+//! unique.
 
 use std::collections::BTreeSet;
 

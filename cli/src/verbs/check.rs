@@ -119,7 +119,7 @@ fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
     Ok(datasets.remove(0))
 }
 
-/// Chooses the poses to measure again, and tells what they would find.
+/// Chooses the poses to measure again, and reports what they would find.
 fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let waiting = Waiting::new("planning the check");

@@ -154,7 +154,7 @@ fn ur_kinematics(origins: &[JointOrigin]) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// Writes the URDF and the robot file; returns their part of the document, or tells it without `--json`.
+/// Writes the URDF and the robot file; returns their part of the document, or prints it without `--json`.
 fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Result<Option<RigidPart>, Failure> {
     if let Some(path) = &arguments.urdf {
         let text = match &arguments.urdf_of {

@@ -132,7 +132,7 @@ fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
         Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
-        // In the end all refusals are told together.
+        // In the end all refusals are reported together.
         Climb::Refused(effect, objections) if is_detailed() => {
             say(format!("  {}", not_added_sentence(effect, &objections[..objections.len().min(1)])));
         }

@@ -239,7 +239,7 @@ impl ReadyCampaign<'_> {
         Ok(record)
     }
 
-    /// Goes home and returns where the arm then stands. A refusal does not lose the measurements.
+    /// Goes home and returns the posture in which the arm then is. A refusal does not lose the measurements.
     fn go_home(&self, robot: &mut impl Manipulator, stands: ArmAt) -> ArmAt {
         let (Some(ways), ArmAt::Approach(at)) = (&self.plan.ways, &stands) else { return stands };
         match robot.move_along(&ways.home_from(at)) {

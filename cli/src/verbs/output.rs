@@ -55,7 +55,7 @@ pub struct Manner {
     pub beside: bool,
 }
 
-/// As it is outside a program: everything, as wide as it is.
+/// Output outside a program: everything, in lines of any width.
 const PLAIN: Manner = Manner { columns: None, level: Level::Plain, colour: When::Never, beside: false };
 
 /// Set once, before the verb runs.
@@ -70,17 +70,17 @@ pub fn print_in(manner: Manner) {
     MANNER.get_or_init(|| manner);
 }
 
-/// True if what is told beside the result is wanted.
+/// True if messages in addition to the result are requested.
 pub fn is_told() -> bool {
     manner().level >= Level::Plain
 }
 
-/// True if it is wanted how the result came about.
+/// True if details of the computation are requested.
 pub fn is_detailed() -> bool {
     manner().level >= Level::Verbose
 }
 
-/// Prints what is told beside the result: not with `-q`.
+/// Prints a message in addition to the result: not with `-q`.
 pub fn print(text: &str) -> Result<(), Failure> {
     if is_told() { print_answer(text) } else { Ok(()) }
 }
@@ -138,7 +138,7 @@ fn laid_out(text: &str, columns: Option<usize>) -> String {
     }
 }
 
-/// Whoever reads no further wants no more of it: the exit code is that of the verb all the same.
+/// A closed pipe is not an error: its reader needs no more, and the exit code is that of the verb.
 fn print_as_it_is(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(format!("{text}\n").as_bytes()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e.into()),

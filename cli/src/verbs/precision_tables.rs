@@ -20,7 +20,7 @@ fn band([low, high]: [f64; 2]) -> String {
     format!("{} to {}", um(low), um(high))
 }
 
-/// The procedure and its results: the deviations beside the paper's, their spread, and the budget.
+/// The procedure and its results: the deviations compared with the paper's, their spread, and the budget.
 pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &PrecisionTest, budget: &Budget) -> String {
     format!(
         "Precision of the TriCal of scenario '{scenario}' on a simulated measuring machine, seed {seed}: the procedure of the paper's Table 3\n{}\n\n\

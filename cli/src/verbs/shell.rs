@@ -1,4 +1,4 @@
-//! `completions SHELL` and `man`: what a shell and a manual want to know of the program.
+//! `completions SHELL` and `man`: what a shell and a manual need to know of the program.
 
 use std::path::PathBuf;
 

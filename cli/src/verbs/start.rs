@@ -118,7 +118,7 @@ impl FirstMotion {
         }
     }
 
-    /// Makes the motion and returns where the arm then stands.
+    /// Makes the motion and returns the posture in which the arm then is.
     ///
     /// # Errors
     /// If the robot does not reach the target.
@@ -184,7 +184,7 @@ pub fn begin<M: Manipulator>(
 }
 
 /// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered again at the plan's mastering
-/// posture, or in place with the master ball in its socket (`here`). Returns where the arm then stands.
+/// posture, or in place with the master ball in its socket (`here`). Returns the posture in which the arm then is.
 ///
 /// # Errors
 /// If an indicator fails, or if the gauge must be mastered and may touch a ball.

@@ -323,7 +323,7 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     of(&["--trials", "60", "-o", "whole.csv"]);
     assert!(bytes(&folder, "whole.csv") == whole);
 
-    // No weight exceeds the inverse of the share drawn as stated, and the worst robots are many and light.
+    // No weight exceeds the inverse of the share sampled as stated, and the worst robots are many and light.
     let mut table = csv::Reader::from_path(folder.path().join("whole.csv")).unwrap();
     let header = table.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();

@@ -1,4 +1,4 @@
-//! A picture: what the fit leaves, and the part of it that an effect explains.
+//! A picture: the residual of the fit, and the part of it that an effect explains.
 
 /// Points of the residual, and the curve of the effect through them.
 #[derive(Debug, Clone, PartialEq)]

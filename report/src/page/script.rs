@@ -70,7 +70,7 @@ pub fn linked(entry: Module, modules: &[&[Module]]) -> Result<String, LinkError>
     Ok(linker.script)
 }
 
-/// The same; the script of modules that do not fit together says why, to whoever opens the page.
+/// The same; if modules do not fit together, the script throws an error that says why.
 pub(crate) fn linked_or_told(entry: Module, modules: &[&[Module]]) -> String {
     linked(entry, modules).unwrap_or_else(|error| format!("throw new Error({:?});\n", error.to_string()))
 }

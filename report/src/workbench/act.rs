@@ -353,7 +353,7 @@ impl Bench {
         Ok(self.place.save_urdf(&calibration.robot, &compensator.rigid())?)
     }
 
-    /// The present calibration, if it can be believed, or the data were taken all the same.
+    /// The present calibration, if it is credible or the data were accepted by force.
     fn calibration(&self) -> Result<Calibration, Refusal> {
         let Some(calibration) = self.state().set().map(|set| set.scores.calibration.clone()) else {
             return Err(Refusal::Changed);

@@ -39,8 +39,8 @@ pub enum Unanswered {
     /// The body is not what the question needs.
     #[error("this is not what is asked here: {0}")]
     Malformed(#[from] serde_json::Error),
-    /// The question was of a model that is no longer the present one. No mistake, and for a page that asked nothing to be told:
-    /// it has requested the new model already.
+    /// The question was about a model that is not the present one any longer. Not a mistake, and the page need not be told: it
+    /// has requested the new model already.
     #[error("the model has changed in the meantime")]
     Changed,
     /// What was requested cannot be done.

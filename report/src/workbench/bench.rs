@@ -1,4 +1,4 @@
-//! The bench: the opened data, where the user stands, and the answers about it.
+//! The bench: the opened data, the user's place in the history, and the answers about it.
 //!
 //! A switch is answered with the figures of its fit; the judgement, the samples and the candidates' curves are computed in
 //! the background, for the present set of effects, in this order; where nobody works in the background, whoever waits for
@@ -35,7 +35,7 @@ pub struct Bench {
     pub(super) acting: Mutex<()>,
     /// True once somebody computes in the background.
     pub(super) worked: AtomicBool,
-    /// Number of times that whoever waited for a ladder waited no more.
+    /// Number of ladders that were cancelled by those who waited for them.
     pub(super) cancelled: AtomicU64,
     /// Description of the current computation, for whoever waits for an action.
     doing: Mutex<String>,

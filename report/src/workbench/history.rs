@@ -30,7 +30,7 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    /// The moment at which these switches stand, reached from `before` on the same data.
+    /// The moment of these switches, reached from `before` on the same data.
     pub fn new(chosen: Vec<usize>, switches: Switches, before: Option<&Moment>) -> Self {
         let changed = before.map_or_else(Default::default, |b| switches.changed_from(&b.switches));
         Moment { chosen, model: switches.model(), switches, changed, objections: Vec::new(), rung: Value::Null }

@@ -166,7 +166,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The members of the catalogue that these data can test, those to be scanned at an order or moment drawn for each.
+/// The members of the catalogue that these data can test, those to be scanned at an order or moment sampled for each.
 fn effects_of(datasets: &[(&str, &Dataset)], model: &Model, library: &Library, seed: u64) -> Vec<String> {
     let ids: Vec<&String> = library.candidates.iter().map(|c| &c.id).collect();
     // A family as a whole is the sum of its members.

@@ -31,7 +31,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The parts of a scenario, with `gauge` on the flange and errors drawn from the streams of a trial.
+    /// The parts of a scenario, with `gauge` on the flange and errors sampled from the streams of a trial.
     pub fn of(scenario: &Scenario, streams: &Streams, gauge: &Gauge) -> Self {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();

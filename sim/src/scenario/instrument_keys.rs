@@ -68,11 +68,11 @@ pub struct InstrumentToml {
     pub anchor_sigma_um: f64,
     /// One-sigma of a distance; for a seat, one-sigma per axis of the position of the ball, um.
     pub noise_um: f64,
-    /// Amplitude of a periodic error of the distance, with a phase drawn for each anchor, um.
+    /// Amplitude of a periodic error of the distance, with a phase sampled for each anchor, um.
     pub linearity_um: f64,
     /// Period of that error, such as the circumference of a drum, mm.
     pub period_mm: f64,
-    /// Residual force of a closed seat, in a direction drawn at each pose; it bends the arm through the compliances of the
+    /// Residual force of a closed seat, in a direction sampled at each pose; it bends the arm through the compliances of the
     /// ground truth, which the encoders do not see, N.
     pub force_n: f64,
     /// Time that the operator needs at each posture in addition to the robot's motion, s.

@@ -34,9 +34,9 @@ pub struct Truth {
 #[derive(Clone)]
 pub struct StatedEffect {
     effect: Arc<dyn Effect>,
-    /// Size by parameter, SI; `None` if it is drawn.
+    /// Size by parameter, SI; `None` if it is sampled.
     sizes: Vec<Option<f64>>,
-    /// One-sigma of the drawn sizes, in units of the plausible size.
+    /// One-sigma of the sampled sizes, in units of the plausible size.
     scale: f64,
 }
 
@@ -46,12 +46,12 @@ impl StatedEffect {
         self.effect.as_ref()
     }
 
-    /// Names of its parameters with their stated sizes (SI); `None` for a size that is drawn.
+    /// Names of its parameters with their stated sizes (SI); `None` for a size that is sampled.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
         self.effect.parameters().iter().map(|p| p.name.as_str()).zip(self.sizes.iter().copied())
     }
 
-    /// The effect at its true sizes; `normal(one-sigma)` supplies the drawn ones, in the order of the parameters.
+    /// The effect at its true sizes; `normal(one-sigma)` supplies the sampled ones, in the order of the parameters.
     pub fn drawn(&self, normal: &mut dyn FnMut(f64) -> f64) -> TrueEffect {
         let priors = self.effect.parameters().iter().map(|p| p.prior);
         let sizes =
@@ -111,18 +111,18 @@ impl Truth {
         &self.effects
     }
 
-    /// Effects of the catalogue in one trial, their sizes drawn from its stream `effects`.
+    /// Effects of the catalogue in one trial, their sizes sampled from its stream `effects`.
     pub fn drawn(&self, streams: &Streams) -> Vec<TrueEffect> {
         let mut errors = self.drawn_errors(streams).into_iter();
         self.effects.iter().map(|stated| stated.drawn(&mut |sigma| sigma * errors.next().unwrap_or(0.0))).collect()
     }
 
-    /// Number of sizes that are drawn.
+    /// Number of sizes that are sampled.
     pub fn drawn_count(&self) -> usize {
         self.effects.iter().flat_map(StatedEffect::parameters).filter(|(_, size)| size.is_none()).count()
     }
 
-    /// The drawn sizes of one trial in units of their one-sigma.
+    /// The sampled sizes of one trial in units of their one-sigma.
     fn drawn_errors(&self, streams: &Streams) -> Vec<f64> {
         let mut random = streams.stream("effects");
         let standard = (0..self.drawn_count()).map(|_| random.sample(StandardNormal)).collect();
@@ -138,12 +138,12 @@ impl Truth {
         self.tilt.as_ref().map(|tilt| tilt.weight(&self.drawn_errors(streams)))
     }
 
-    /// The same truth with its sizes drawn by `tilt`, which has as many.
+    /// The same truth with its sizes sampled by `tilt`, which has as many.
     pub(super) fn tilted(&self, tilt: Tilt) -> Truth {
         Truth { tilt: Some(Arc::new(tilt)), ..self.clone() }
     }
 
-    /// All flaws of one trial for an arm with this number of joints, sizes and shapes drawn from its streams `effects`
+    /// All flaws of one trial for an arm with this number of joints, sizes and shapes sampled from its streams `effects`
     /// and `shapes`.
     pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
         let mut shapes = streams.stream("shapes");
@@ -189,7 +189,7 @@ impl Truth {
     }
 }
 
-/// Compliance of each gear as stated, rad/(N·m); a drawn one counts as non-zero.
+/// Compliance of each gear as stated, rad/(N·m); a sampled one counts as non-zero.
 fn stated_compliance(effects: &[StatedEffect], joints: usize) -> Vec<f64> {
     let mut compliance = vec![0.0; joints];
     for (name, size) in effects.iter().flat_map(StatedEffect::parameters) {

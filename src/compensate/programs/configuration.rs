@@ -9,10 +9,10 @@ use crate::robot::{FramePose, Pose};
 use crate::units::DEG;
 
 /// A posture may be this far (rad, m) on the other side of the border between two configurations: programs hold positions
-/// rounded to 0.01 mm and 0.01 deg, and joints stand at zero.
+/// rounded to 0.01 mm and 0.01 deg, and joints are at zero.
 const ROUNDED: f64 = 0.1 * DEG;
 
-/// The sides of a posture that a configuration tells apart; each is zero at a singularity.
+/// The sides of a posture that a configuration distinguishes; each is zero at a singularity.
 struct Sides {
     /// The wrist's centre in front of axis 1, m.
     front: f64,
@@ -28,11 +28,11 @@ pub(super) enum Meant {
     Joints(Vec<f64>),
     /// The program says nothing: the posture nearest to the previous position.
     Default,
-    /// It says something that this arm does not have: as above, and to be told.
+    /// The configuration does not exist for this arm: as above, with a remark.
     Unmapped,
 }
 
-/// The nominal joints (rad) that reach a pose (in the frame of the targets) as the configuration wants them.
+/// The nominal joints (rad) that reach a pose (in the frame of the targets) in this configuration.
 ///
 /// # Errors
 /// When postures reach the pose and none is so configured.

@@ -115,7 +115,7 @@ pub(super) fn meaning(layout: Layout, values: &[f64]) -> Result<Meaning, &'stati
     })
 }
 
-/// The numbers of the target to be commanded; of several that mean the same, those nearest to what stood there.
+/// The numbers of the target to be commanded; of several that mean the same, those nearest to the original ones.
 fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
     let xyz: [f64; 3] = fake.pose.translation.vector.into();
     let FramePose { rz_ry_rx: [a, b, c], .. } = FramePose::from_pose(&fake.pose);

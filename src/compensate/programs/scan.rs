@@ -135,7 +135,7 @@ impl Scan {
         self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: true });
     }
 
-    /// Refuses a program that names several of `what`; told once, not in every file, so that the names are gone then.
+    /// Refuses a program that names several of `what`; reported once, not in every file, so that the names are gone then.
     pub fn only_one(&mut self, what: &str, named: &mut BTreeSet<String>) {
         if named.len() > 1 {
             let names = named.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
@@ -218,7 +218,7 @@ impl Text {
         self.words(at).to_ascii_uppercase()
     }
 
-    /// The finite decimal number that stands there alone.
+    /// The finite decimal number that this range holds alone.
     pub fn number(&self, at: Range<usize>) -> Option<Number> {
         let at = self.trimmed(at);
         let text = str::from_utf8(&self.bytes[at.clone()]).ok()?;
@@ -227,7 +227,7 @@ impl Text {
         Some(Number { at, value })
     }
 
-    /// The numbers that stand there, separated by commas, and nothing else.
+    /// The numbers in this range, separated by commas, and nothing else.
     pub fn numbers(&self, at: Range<usize>) -> Option<Vec<Number>> {
         self.parts(at).into_iter().map(|part| self.number(part)).collect()
     }

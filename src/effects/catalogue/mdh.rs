@@ -59,8 +59,8 @@ fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
     ParameterSpec { name, unit, nominal, prior }
 }
 
-/// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews. Where a prismatic axis stands is
-/// known from the next rows, its direction aside: its length comes last, and is only left to those data that need it.
+/// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews. The position of a prismatic
+/// axis is known from the next rows, its direction aside: its length comes last, and is only left to those data that need it.
 fn sites(robot: &Robot) -> Vec<(usize, MdhEntry)> {
     let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < NEARLY_PARALLEL.sin();
     let entries = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta];

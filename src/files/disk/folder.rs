@@ -9,7 +9,8 @@ use crate::files::{FileError, cannot_be_written};
 
 /// Fills a new folder beside `folder` and puts it in its place, keeping its other entries besides `names`.
 ///
-/// If the process is killed meanwhile, a hidden folder `.NAME.XXXXXX` remains beside it, which may be deleted; if it is killed
+/// If the process is killed before that, a hidden folder `.NAME.XXXXXX` remains beside it, which may be deleted; if it is
+/// killed
 /// between the two renames, that folder contains the replaced one as `old`.
 ///
 /// `what` is the kind of folder in words, for messages; a non-empty folder is replaced only if it contains the first of

@@ -1,4 +1,4 @@
-//! Reads `calibration.toml`, and tells of what in it cannot be.
+//! Reads `calibration.toml`, and reports impossible values in it.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -290,7 +290,7 @@ pub(super) struct ParameterTable {
     pub(super) effect: String,
     /// Its value, in `unit`.
     pub(super) value: f64,
-    /// One-sigma, by noise and by what the model lacks, in `unit`.
+    /// One-sigma, by noise and by model discrepancy, in `unit`.
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) sigma: f64,
     /// One-sigma by noise alone, in `unit`; older files do not say.

@@ -35,7 +35,7 @@ struct Tried {
 
 /// From deviations with their standard uncertainties, and the plausible size of the catalogue.
 ///
-/// What is so uncertain that its square cannot be written tells nothing.
+/// A deviation so uncertain that its square overflows is left out: it carries no information.
 pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
     let seen: Vec<&[f64; 2]> = seen.iter().filter(|s| s.iter().all(|v| (v * v).is_finite())).collect();
     let of = |step: usize| {

@@ -75,7 +75,7 @@ impl OrientationPart {
         self.whitener.fixed_columns::<3>(0) * shift + self.whitener.fixed_columns::<3>(3) * turn
     }
 
-    /// Length, m, that weighs an angle as much as a displacement.
+    /// Length, m, that weights an angle as much as a displacement.
     pub fn lever(&self, sigma_position: f64) -> f64 {
         sigma_position / self.sigma
     }

@@ -10,7 +10,7 @@ pub(super) struct PriorRow {
     pub parameter: usize,
     /// Mean of its deviation from nominal, SI.
     pub mean: f64,
-    /// One over the sigma, times the noise by which the data are weighed.
+    /// One over the sigma, times the noise by which the data are weighted.
     pub weight: f64,
 }
 

@@ -224,7 +224,7 @@ impl SampleRow {
         self.orientation.as_ref().map(|o| o.seen(flange, &(setup.probe + turned)))
     }
 
-    /// Length, m, that weighs an angle of its orientation as much as a displacement.
+    /// Length, m, that weights an angle of its orientation as much as a displacement.
     pub fn lever(&self) -> f64 {
         self.orientation.as_ref().map_or(0.0, |o| o.lever(self.sigma.unwrap_or(UNSTATED_SIGMA)))
     }

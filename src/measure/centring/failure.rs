@@ -22,7 +22,7 @@ pub enum Suspicion {
     SwappedAxes {
         /// The lower of the two, counted from 0.
         a: usize,
-        /// The other.
+        /// The higher of the two, counted from 0.
         b: usize,
     },
     /// All three indicators are exchanged, each with another.

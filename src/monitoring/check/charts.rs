@@ -75,7 +75,7 @@ impl Charts {
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {
             let scene = reference.scene((then.0, &before), *now)?;
-            // A changed robot tells nothing of how it was, and its change is not a drift.
+            // A changed robot shows nothing of its earlier state, and its change is not a drift.
             let changed = reference.has_changed(*now)?;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
                 if k == 0 {

@@ -1,4 +1,4 @@
-//! Choice of the few poses of a campaign whose repetition tells the conditions apart.
+//! Choice of the few poses of a campaign whose repetition distinguishes the conditions.
 
 use nalgebra::DMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};

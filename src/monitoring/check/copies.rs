@@ -1,4 +1,4 @@
-//! Copies: rows that say the same, and not the same again; and digests by which a campaign is known again.
+//! Copies: rows of equal values that are not new measurements; and digests by which a campaign is recognised.
 
 use std::collections::{HashMap, HashSet};
 
@@ -49,8 +49,8 @@ pub fn rows_again(now: &Dataset, earlier: &Dataset) -> Option<usize> {
     in_both([&keys(now), &keys(earlier)], [now.samples.len(), earlier.samples.len()])
 }
 
-/// Probability that chance leaves no more of the changes than of a check that is told of: rows of the campaign itself with fewer
-/// digits leave far less.
+/// Probability, by chance, of changes as small as those of a check that is reported as a copy: rows of the campaign itself with
+/// fewer digits change far less.
 const HARDLY_EVER: f64 = 1e-9;
 
 /// Root mean square of the changes, whitened by their noise, if chance hardly ever leaves as little.

@@ -33,8 +33,8 @@ const WORSE: f64 = 9.0;
 /// more freedom that fits a little better.
 const IN_SHAPE: f64 = 0.03;
 
-/// The same for a mass when its fit is judged: its place is unknown, and a calibration tells the spring of a joint within some
-/// tenths of it only.
+/// The same for a mass when its fit is judged: its place is unknown, and a calibration determines the compliance of a joint to
+/// some tenths of it only.
 const MASS_IN_SHAPE: f64 = 0.25;
 
 /// Significance level at which a change does not explain the differences: the probability of a residual at least as large.

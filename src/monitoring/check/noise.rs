@@ -1,4 +1,4 @@
-//! Noise of a comparison: what two measurements of a pose differ by while nothing has changed.
+//! Noise of a comparison: the difference of two measurements of a pose while nothing has changed.
 //!
 //! Stated noise is that of an instrument. A robot does not come back to a pose exactly, and what it misses displaces all
 //! targets that are seen there together. Where the campaign came back to its poses, the scatter of these repeats tells both

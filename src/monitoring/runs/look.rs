@@ -101,7 +101,7 @@ impl Look {
         RunsTest { f, above, below, chance: fisher_chance(f, above, below).unwrap_or(1.0) }
     }
 
-    /// Variance of the residuals, with what the model lacks.
+    /// Variance of the residuals, including model discrepancy.
     pub fn variance(&self) -> f64 {
         self.reduced.unit() * self.lacking[0]
     }

@@ -263,7 +263,7 @@ impl Products {
         DVector::from_iterator(self.fitted + further, self.pull.iter().copied().chain(std::iter::repeat_n(0.0, further)))
     }
 
-    /// The noise of each run, from what the fit leaves of it.
+    /// The noise of each run, from the residuals of its fit.
     fn noise_of_runs(&self, base: &Base, solved: &Solved, noise: &[f64]) -> Vec<f64> {
         let runs = self.runs();
         let left: Vec<[f64; 2]> = (0..runs)
@@ -299,8 +299,8 @@ impl Reduced {
         self.explained_by_parts(&directions.iter().map(|all| all.iter().flat_map(of_run).collect()).collect::<Vec<_>>())
     }
 
-    /// Reduction by differences within runs: `columns` of the arm free in each half of every run that is long enough. In
-    /// one run the robot is one, so that this is due to what the model lacks alone.
+    /// Reduction by differences within runs: `columns` of the arm free in each half of every run that is long enough. Within
+    /// one run the robot does not change, so that this is due to model discrepancy alone.
     pub fn within_runs(&self, columns: &[usize]) -> Explained {
         let long = |run: &usize| self.counts[*run] >= HALVED_FROM * columns.len() as f64;
         let of_run = |run: usize| columns.iter().map(move |&column| vec![(column, PARTS * run, 1.0)]);

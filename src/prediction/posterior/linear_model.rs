@@ -69,7 +69,7 @@ pub struct LinearModel {
     pub y: DVector<f64>,
     /// Rows of each sample, which share a weight.
     pub samples: Vec<Range<usize>>,
-    /// Columns that can be multiplied at less cost; they are among those of `x`, and of groups whose size is drawn.
+    /// Columns that can be multiplied at less cost; they are among those of `x`, and of groups whose size is sampled.
     pub outers: Vec<Outer>,
     /// Groups in the order of the columns, without gaps.
     pub groups: Vec<Group>,

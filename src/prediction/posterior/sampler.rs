@@ -1,10 +1,10 @@
-//! Draws from a linear model whose columns form groups, where the size of each group is drawn too.
+//! Draws from a linear model whose columns form groups, where the size of each group is sampled too.
 //!
 //! `y = X b + e`: the coefficients `b` of group g have variance `s_g²`. The sizes scatter about a common one,
-//! `s_g² = 2 tau² / chi²(2)`, and tau is log-uniform; columns of known variance are drawn with them. The noise is
-//! Student's t with one weight per sample; its scale and its degrees of freedom are drawn. The Gibbs sampler draws all
+//! `s_g² = 2 tau² / chi²(2)`, and tau is log-uniform; columns of known variance are sampled with them. The noise is
+//! Student's t with one weight per sample; its scale and its degrees of freedom are sampled. The Gibbs sampler draws all
 //! coefficients at once (Bhattacharya, Chakraborty & Mallick 2016 if there are fewer rows than columns). A fitted size
-//! would be overconfident where the data contain little information; a drawn size covers all values compatible with
+//! would be overconfident where the data contain little information; a sampled size covers all values compatible with
 //! them.
 
 use std::ops::Range;

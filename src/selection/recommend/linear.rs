@@ -55,7 +55,7 @@ pub(super) struct Linear<'a> {
     local: Vec<Option<usize>>,
     /// Sum of the squares of each column.
     energy: Vec<f64>,
-    /// Index of the place where the ball of each sample stands; `None` without a ball.
+    /// Index of the place of the ball of each sample; `None` without a ball.
     pub places: Vec<Option<usize>>,
     /// Factor that converts prior information of a fit to units of these rows, which are weighted by the known noise
     /// rather than the stated one.

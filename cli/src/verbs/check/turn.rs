@@ -10,7 +10,7 @@ use calibench::files::{FileError, cannot_be_written};
 
 use super::super::output::note;
 
-/// The right to read a history and to write it, which nobody else has meanwhile.
+/// Exclusive access to a history file, for reading and writing.
 ///
 /// The history is replaced whole, so it cannot bear the lock itself: a hidden file beside it does, and is removed after the
 /// turn. The lock is the system's, which releases it when a process ends, however it ends.

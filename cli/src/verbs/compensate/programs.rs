@@ -52,7 +52,7 @@ impl Programs {
         Ok(Some(Programs { programs, outs }))
     }
 
-    /// Compensates and writes them; returns their part of the document with `--json`, and tells it otherwise.
+    /// Compensates and writes them; returns their part of the document with `--json`, and prints it otherwise.
     pub fn compensate(
         &self,
         arguments: &Arguments,

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use calibench_sim::contact::DATUM_RADIUS;
 use calibench_sim::scenario::{DesignToml, Document, KeyError, Scenario};
 
-/// A place where a ball may stand: vertically above a riser block.
+/// A place where a ball may be: vertically above a riser block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Place {
     /// Centre of the ball in the world, mm.

@@ -31,7 +31,7 @@ pub struct Ground<'a> {
     pub workshop: &'a Workshop,
     /// Balls that stay.
     pub kept: Vec<(usize, PlaceInformation)>,
-    /// Every place where a ball may stand, with the index of its site; `None` if it cannot be probed.
+    /// Every place where a ball may be, with the index of its site; `None` if it cannot be probed.
     pub grid: Vec<(Place, Option<usize>)>,
     /// Places that can be probed.
     pub sites: Vec<Site>,

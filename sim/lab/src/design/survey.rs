@@ -14,7 +14,7 @@ use calibench_sim::planning::PlanError;
 /// Number of postures from which the independent unknowns of all places together are found.
 const SHOWING: usize = 1500;
 
-/// Surveys every place where a ball may stand.
+/// Surveys every place where a ball may be.
 ///
 /// # Errors
 /// If a ball that stays cannot be probed, too few others can, or nothing determines the robot.

@@ -9,8 +9,8 @@ const MISS: f64 = 0.025;
 /// Half-width of a 95 % interval of a normal variable, in standard deviations.
 pub const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
-/// Ranks (from 1, ascending) of the values that bracket the quantile `share` of a distribution, given `n` values drawn from it;
-/// `None` for a side that so few values do not bound.
+/// Ranks (from 1, ascending) of the values that bracket the quantile `share` of a distribution, given `n` values sampled from
+/// it; `None` for a side that so few values do not bound.
 ///
 /// The number of values below the quantile is binomial, whatever the distribution (David, Nagaraja, Order Statistics, section
 /// 7.1): the band misses it in at most 2.5 % of studies on either side.

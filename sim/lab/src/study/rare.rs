@@ -1,7 +1,7 @@
-//! Studies of rare robots: the worst are drawn more often than the scenario draws them, and every trial has a weight.
+//! Studies of rare robots: the worst are sampled more often than by the scenario, and every trial has a weight.
 //!
-//! Where to look is found from the response of the errors at the validation poses to every drawn size, by trials with the same
-//! random streams in which one size is one sigma up or down. These trials have numbers that no study has.
+//! Where to look is found from the response of the errors at the validation poses to every sampled size, by trials with the
+//! same random streams in which one size is one sigma up or down. These trials have numbers that no study has.
 
 use calibench::files::with_reasons;
 use calibench::identify::problem::Use;
@@ -39,7 +39,7 @@ pub(super) fn tilt(scenario: &Scenario, plans: &Plans, methods: Methods, share: 
         .into_par_iter()
         .map(|k| {
             let at = |size: f64| errors(DVector::from_fn(drawn, |i, _| if i == k { size } else { 0.0 }), UNDRAWN + k as u64);
-            // A trial that fails tells nothing of the response: its robots are then drawn as stated along this direction.
+            // A trial that fails tells nothing of the response: its robots are then sampled as stated along this direction.
             match (at(1.0), at(-1.0)) {
                 (Ok(up), Ok(down)) => (up - down) * 0.5,
                 _ => DVector::zeros(offset.len()),
@@ -50,7 +50,7 @@ pub(super) fn tilt(scenario: &Scenario, plans: &Plans, methods: Methods, share: 
     Tilt::towards(form, share).ok_or_else(|| "has drawn errors that change no error at the validation poses".into())
 }
 
-/// Errors at the validation poses after the calibration of the robot with these drawn errors, three components a pose, m.
+/// Errors at the validation poses after the calibration of the robot with these sampled errors, three components a pose, m.
 fn errors(
     scenario: &Scenario,
     plans: &Plans,

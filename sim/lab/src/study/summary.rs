@@ -28,8 +28,9 @@ const SPREAD: [&str; 10] = [
     "cell_s",
 ];
 
-/// Columns of which a study of rare robots tells the tail: those that follow the mean square, at which it aims. The largest error of
-/// a robot may be rare at one pose alone: in studies of 500 trials the few that were drawn so had spreads that told too little.
+/// Columns whose tail a study of rare robots estimates: those that follow the mean square, at which it aims. The largest error
+/// of a robot may be rare at one pose alone: in studies of 500 trials the few that were sampled so had spreads that were too
+/// small.
 const TAILS: [&str; 3] = ["mean_mm", "rms_mm", "p95_mm"];
 
 /// Number of distinct failure reasons listed; others are only counted.

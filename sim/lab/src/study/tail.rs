@@ -177,7 +177,7 @@ mod tests {
         assert!(held as f64 / STUDIES as f64 > 0.95 - 4.0 * 0.0126, "{held} of {STUDIES}");
     }
 
-    /// Weights of one: the quantile is that of the counts, and a study is worth itself.
+    /// With weights of one, the quantile is that of the counts, and a study counts as its own number of trials.
     #[test]
     fn without_weights_a_tail_is_a_quantile() {
         let mut tail = Tail::default();

@@ -8,7 +8,7 @@ use super::candidates::Candidates;
 use super::error::SelectionError;
 use super::request::{Quota, Request};
 
-/// Fraction of the poses drawn at random, so that the starts differ; the others are the best to add, which saves half the
+/// Fraction of the poses selected at random, so that the starts differ; the others are the best to add, which saves half the
 /// moves.
 const DRAWN: f64 = 0.3;
 

@@ -10,7 +10,7 @@ use crate::robot::sites::SiteIndex;
 use crate::robot::solids::ClearanceCheck;
 use crate::units::{DEG, MM};
 
-/// Number of postures drawn.
+/// Number of postures sampled.
 const DRAWS: usize = 4_000;
 /// Sufficient clearance, m: more does not justify a longer path.
 const ROOM: f64 = 120.0 * MM;
