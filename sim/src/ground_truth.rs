@@ -219,7 +219,7 @@ impl Other {
 
 /// True if a verdict says that something is present that the catalogue does not explain.
 pub fn says_unknown(verdict: Verdict) -> bool {
-    matches!(verdict.name(), "unexplained" | "partly" | "several")
+    matches!(verdict, Verdict::Unexplained | Verdict::Partly)
 }
 
 /// Truths given by keys besides the effects.

@@ -2,6 +2,7 @@
 #![cfg(test)]
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
+mod facts_are_no_text;
 mod pages_lead_somewhere;
 mod python_packages_are_pinned;
 mod scripts_are_what_the_pages_say;
@@ -18,4 +19,23 @@ fn root() -> PathBuf {
 /// A file of the workspace, by its path from there.
 fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// The Rust sources in a folder of the workspace, or the one file: paths from there, and texts.
+fn sources(place: &str) -> Vec<(String, String)> {
+    let at = root().join(place);
+    if at.is_file() {
+        return vec![(place.to_owned(), read(place))];
+    }
+    let Ok(folder) = std::fs::read_dir(&at) else { return Vec::new() };
+    let mut names: Vec<String> = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let is_source = |name: &String| name.ends_with(".rs") || root().join(place).join(name).is_dir();
+    names.into_iter().filter(is_source).flat_map(|name| sources(&format!("{place}/{name}"))).collect()
+}
+
+/// The lines of a source without its comments and its unit tests, which end every file.
+fn production(source: &str) -> impl Iterator<Item = &str> {
+    let lines = source.lines().take_while(|line| !line.starts_with("#[cfg(test)]"));
+    lines.filter(|line| !line.trim_start().starts_with("//"))
 }

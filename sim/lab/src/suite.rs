@@ -19,6 +19,7 @@ pub use advice::Advice;
 pub use case::{Case, Condition, Kind};
 pub use classes::{ClassRow, class_rows};
 pub use designs::{DesignRow, designs};
+pub use hide::HideError;
 pub use outcome::Outcome;
 pub(crate) use tally::quantile;
 pub use tally::{Share, Tally, tally};

@@ -18,9 +18,6 @@ pub(super) const MORE_IS_MISSING: f64 = 2.0;
 /// Chi-square per degree of freedom above which the verdict "nothing left" is contradicted.
 const NOTHING_LEFT: f64 = 1.5;
 
-/// Verdicts that name effects or samples.
-const NAMING: [&str; 4] = ["identified", "indistinguishable", "partly", "suspect_samples"];
-
 /// The columns of an outcome determined by the diagnosis; `visible` is the detectability of each hidden effect, `chi2_left` the
 /// chi-square per degree of freedom with the first finding fitted.
 pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visible: &[f64], chi2_left: Option<f64>) -> Outcome {
@@ -32,7 +29,7 @@ pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visibl
     let top3: Vec<String> = diagnosis.findings.iter().take(3).map(name).collect();
     let top_right = top.is_some_and(|f| is_true(&f.hypothesis.in_model));
     let merged = top_right || top.is_some_and(|f| f.rivals.iter().any(|r| is_true(r)));
-    let contributor = diagnosis.contributions.first().map(|c| c.effect.clone()).unwrap_or_default();
+    let contributor = diagnosis.contributions.first().map_or_else(String::new, |c| c.effect.clone());
     let largest = (0..visible.len()).max_by(|&a, &b| visible[a].total_cmp(&visible[b])).map(|k| hidden.effects[k].0.as_str());
     let joint = match (diagnosis.verdict, diagnosis.heat_map.best_cell()) {
         (Verdict::Unexplained, Some(cell)) => Some(cell.joint + 1),
@@ -41,9 +38,9 @@ pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visibl
     let names_twin =
         top.is_some_and(|f| twins.iter().any(|t| same(t, &f.hypothesis.in_model) || f.rivals.iter().any(|r| r == t)));
     let outcome = Outcome {
-        verdict: diagnosis.verdict.name(),
-        top: top.map(name).unwrap_or_default(),
-        rivals: top.map(|f| f.rivals.join(" ")).unwrap_or_default(),
+        verdict: Some(diagnosis.verdict),
+        top: top.map_or_else(String::new, name),
+        rivals: top.map_or_else(String::new, |f| f.rivals.join(" ")),
         top3_right: top3.iter().any(|e| is_true(e)),
         top3: top3.join(" "),
         set95: diagnosis.set95.join(" "),
@@ -76,8 +73,8 @@ impl Judged<'_> {
     /// wrong, even if that effect is present.
     fn right(&self) -> bool {
         let o = self.outcome;
-        let names = NAMING.contains(&o.verdict);
-        let nothing = o.verdict == Verdict::NothingLeft.name();
+        let names = o.claimed();
+        let nothing = self.diagnosis.verdict == Verdict::NothingLeft;
         let open = says_unknown(self.diagnosis.verdict);
         let too_much = o.claimed() && o.chi2_left.is_some_and(|c| c > MORE_IS_MISSING);
         match self.case.kind {
@@ -104,14 +101,13 @@ impl Judged<'_> {
     /// True if the noise is larger than stated and the diagnosis says so.
     fn noise_seen(&self) -> bool {
         matches!(self.case.condition, Condition::NoiseUnderstated { .. } | Condition::Quantised { .. })
-            && self.outcome.verdict == "noise_larger_than_stated"
+            && self.diagnosis.verdict == Verdict::NoiseLargerThanStated
     }
 
     fn both_suspected(&self) -> bool {
         let suspects = suspects(self.diagnosis);
         let set: Vec<&str> = self.outcome.set95.split(' ').collect();
-        let first = self.outcome.verdict == "suspect_samples" || NAMING.contains(&self.outcome.verdict);
-        first && self.hidden.effects.iter().all(|(id, _)| suspects.contains(id) || set.contains(&id.as_str()))
+        self.outcome.claimed() && self.hidden.effects.iter().all(|(id, _)| suspects.contains(id) || set.contains(&id.as_str()))
     }
 
     /// True if the moved ball is named, as moved throughout or from some moment on.

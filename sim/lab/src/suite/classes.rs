@@ -1,5 +1,6 @@
 //! A suite by class, the worst first.
 
+use calibench::diagnosis::Verdict;
 use serde::Serialize;
 
 use super::answer::MORE_IS_MISSING;
@@ -56,7 +57,7 @@ pub fn class_rows(outcomes: &[Outcome]) -> Vec<ClassRow> {
 
 fn row(class: &str, outcomes: &[Outcome]) -> ClassRow {
     let all = || outcomes.iter().filter(|o| o.class == class);
-    let measured = || all().filter(|o| o.verdict != "not_measured");
+    let measured = || all().filter(|o| o.verdict.is_some());
     let share = |hit: &dyn Fn(&Outcome) -> bool| Share::count(measured(), hit);
     let middle = |of: &dyn Fn(&Outcome) -> f64| quantile(measured().map(of).collect(), 0.5);
     let after = |o: &Outcome| o.after_mm.unwrap_or(o.before_mm);
@@ -71,7 +72,9 @@ fn row(class: &str, outcomes: &[Outcome]) -> ClassRow {
         not_measured: all().count() - measured().count(),
         claimed: share(&Outcome::claimed),
         right: share(&|o| o.right),
-        identified_but_more: share(&|o| o.verdict == "identified" && o.chi2_left.is_some_and(|c| c > MORE_IS_MISSING)),
+        identified_but_more: share(&|o| {
+            o.verdict == Some(Verdict::Identified) && o.chi2_left.is_some_and(|c| c > MORE_IS_MISSING)
+        }),
         band_holds: share(&|o| within([Some(o.predicted_low_mm), Some(o.predicted_high_mm)], o.before_mm)),
         predicted_over_actual: quantiles(&|o| Some(o.predicted_mm / o.before_mm)),
         before_mm: middle(&|o| o.before_mm),
@@ -88,7 +91,7 @@ mod tests {
     use super::*;
 
     fn outcome(class: &str, right: bool, before_mm: f64, after_mm: f64) -> Outcome {
-        let (class, verdict) = (class.to_owned(), "identified");
+        let (class, verdict) = (class.to_owned(), Some(Verdict::Identified));
         let chi2_left = Some(if right { 1.0 } else { 9.0 });
         let (predicted_mm, predicted_low_mm, predicted_high_mm) = (0.1, 0.08, 0.12);
         let after_mm = Some(after_mm);
@@ -112,7 +115,7 @@ mod tests {
             outcome("good", true, 0.1, 0.05),
             outcome("bad", false, 0.2, 0.3),
             outcome("bad", true, 0.1, 0.1),
-            Outcome { class: "good".into(), verdict: "not_measured", ..Outcome::default() },
+            Outcome { class: "good".into(), ..Outcome::default() },
         ];
         let rows = class_rows(&outcomes);
         assert_eq!([rows[0].class.as_str(), rows[1].class.as_str()], ["bad", "good"]);

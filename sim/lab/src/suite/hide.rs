@@ -2,14 +2,16 @@
 
 use calibench::diagnosis::library::Library;
 use calibench::effects;
-use calibench::effects::Subject;
 use calibench::effects::catalogue::set_aside_by;
+use calibench::effects::{EffectError, Subject};
 use calibench::measure::dataset::{Dataset, Measured, Noise};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use thiserror::Error;
+use toml::{Table, Value};
 
 use super::{Case, Condition, Kind};
 use calibench_sim::effect_names::joint_of;
@@ -25,6 +27,22 @@ const PROBING_S: f64 = 12.5;
 
 /// Part of the session in which events occur.
 const DURING: std::ops::Range<f64> = 0.2..0.8;
+
+/// The reason why something cannot be hidden.
+#[derive(Debug, Error)]
+pub enum HideError {
+    /// An effect does not fit the robot.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// There is no such flaw, or a key is wrong.
+    #[error("flaw '{flaw}' cannot be hidden: {problem}")]
+    Flaw {
+        /// Its table under `[truth.hidden]`.
+        flaw: String,
+        /// The problem.
+        problem: toml::de::Error,
+    },
+}
 
 /// A hidden effect: its id and its true values, SI.
 pub(super) type Effect = (String, Vec<f64>);
@@ -62,61 +80,65 @@ impl Hidden {
     }
 
     /// The ground truth of a cell with these effects hidden in it.
-    pub fn truth(&self, scenario: &Scenario) -> TruthToml {
+    ///
+    /// # Errors
+    /// If an effect does not fit the robot.
+    pub fn truth(&self, scenario: &Scenario) -> Result<TruthToml, HideError> {
         let cell = scenario.dataset();
         let balls = cell.ball_ids();
         let subject = Subject { own: &scenario.model.own, ..Subject::new(&cell.robot, &balls) };
         let mut keys = scenario.truth().keys().clone();
         for (id, sizes) in self.effects.iter().filter(|(id, _)| set_aside_by(id).is_none()) {
-            // The id was just drawn from the catalogue, so it can be built.
-            let Ok(effect) = effects::build(id, &subject) else { continue };
+            let effect = effects::build(id, &subject)?;
             keys.effects.entry(id.clone()).or_default().extend(written_sizes(effect.as_ref(), sizes));
         }
         if self.flaws != HiddenToml::default() {
             keys.hidden = self.flaws.clone();
         }
-        keys
+        Ok(keys)
     }
 }
 
 /// Draws the effects and their sizes.
-pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut ChaCha8Rng) -> Hidden {
+///
+/// # Errors
+/// If an effect does not fit the robot, or if a flaw has wrong keys.
+pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut ChaCha8Rng) -> Result<Hidden, HideError> {
     let cell = scenario.dataset();
     let balls = cell.ball_ids();
     let subject = Subject { own: &scenario.model.own, ..Subject::new(&cell.robot, &balls) };
-    let priors = |id: &str| -> Vec<f64> {
-        effects::build(id, &subject).map(|e| e.parameters().iter().map(|p| p.prior).collect()).unwrap_or_default()
+    let priors = |id: &str| -> Result<Vec<f64>, EffectError> {
+        Ok(effects::build(id, &subject)?.parameters().iter().map(|p| p.prior).collect())
     };
     let all = || Library::of_robot(&cell, &scenario.model).candidates.into_iter().map(|c| c.id);
-    match &case.kind {
+    Ok(match &case.kind {
         Kind::Nothing => Hidden::of(Vec::new(), "nothing", 0.0),
         Kind::Unknown { flaw, size } => {
-            let keys = unknown_keys(flaw, random);
-            let text = format!("[{flaw}]\nrms_urad = {}\n{keys}", size * UNKNOWN_RMS_URAD);
-            Hidden { flaws: toml::from_str(&text).unwrap_or_default(), ..Hidden::of(Vec::new(), "unknown", *size) }
+            let flaws = unknown_flaw(flaw, size * UNKNOWN_RMS_URAD, random)?;
+            Hidden { flaws, ..Hidden::of(Vec::new(), "unknown", *size) }
         }
         Kind::Effects { ids, size } => {
             let hidden = ids.iter().map(|id| {
                 let id = placed(id, plans, random);
-                let sizes = unit_rms(&priors(&id), random).map(|s| s * size).collect();
-                (id, sizes)
+                let sizes = unit_rms(&priors(&id)?, random).map(|s| s * size).collect();
+                Ok((id, sizes))
             });
-            Hidden::of(hidden.collect(), if ids.len() == 1 { "one" } else { "two" }, *size)
+            Hidden::of(hidden.collect::<Result<_, EffectError>>()?, if ids.len() == 1 { "one" } else { "two" }, *size)
         }
         Kind::Clutter { size } => {
             let drawn = |id: String| {
-                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
-                (id, sizes)
+                let sizes = priors(&id)?.iter().map(|p| size * p * normal(random)).collect();
+                Ok((id, sizes))
             };
-            Hidden::of(all().map(drawn).collect(), "clutter", *size)
+            Hidden::of(all().map(drawn).collect::<Result<_, EffectError>>()?, "clutter", *size)
         }
         Kind::Dense => {
             let drawn = |id: String| {
                 let size = 0.5 * normal(random).exp();
-                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
-                (id, sizes)
+                let sizes = priors(&id)?.iter().map(|p| size * p * normal(random)).collect();
+                Ok((id, sizes))
             };
-            Hidden::of(all().map(drawn).collect(), "dense", 1.0)
+            Hidden::of(all().map(drawn).collect::<Result<_, EffectError>>()?, "dense", 1.0)
         }
         Kind::Outliers { count, mm } => Hidden::of(outliers(*count, *mm, plans, random), "outliers", *mm),
         Kind::MovedBall { mm } => {
@@ -127,26 +149,50 @@ pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut
             let flaws = HiddenToml { moved_ball, ..HiddenToml::default() };
             Hidden { flaws, ..Hidden::of(Vec::new(), "moved_ball", *mm) }
         }
-    }
+    })
 }
 
-/// The keys of a flaw other than its size: the joint in error, and the kind of error, vary from trial to trial.
-fn unknown_keys(flaw: &str, random: &mut ChaCha8Rng) -> String {
-    let mut joint = |from: usize, to: usize| format!("joint = {}", random.random_range(from..=to));
+/// A flaw outside the catalogue with this size. The joint in error, and the kind of error, vary from trial to trial.
+///
+/// # Errors
+/// If there is no such flaw, or if it has no such key.
+fn unknown_flaw(flaw: &str, rms_urad: f64, random: &mut ChaCha8Rng) -> Result<HiddenToml, HideError> {
+    let mut keys = unknown_keys(flaw, random);
+    keys.insert("rms_urad".into(), rms_urad.into());
+    let hidden = Table::from_iter([(flaw.to_owned(), Value::Table(keys))]);
+    hidden.try_into().map_err(|problem| HideError::Flaw { flaw: flaw.into(), problem })
+}
+
+/// The keys of a flaw other than its size.
+fn unknown_keys(flaw: &str, random: &mut ChaCha8Rng) -> Table {
+    let mut keys = Table::new();
+    let mut add = |key: &str, value: Value| keys.insert(key.into(), value);
+    let joint =
+        |from: i64, to: i64, random: &mut ChaCha8Rng| Value::from(random.random_range(from as usize..=to as usize) as i64);
     match flaw {
-        "asymmetric_tooth" => format!("{}\nteeth = {}", joint(1, 4), random.random_range(5..=15)),
-        "beat" => {
-            let joint = joint(1, 4);
-            let first: f64 = random.random_range(3.2..7.8);
-            format!("{joint}\nper_turn = [{first}, {}]", first * random.random_range(1.05..1.25))
+        "asymmetric_tooth" => {
+            add("joint", joint(1, 4, random));
+            add("teeth", Value::from(random.random_range(5..=15)));
         }
-        "bilinear_coupling" => joint(1, 4),
-        "cable_spring" => joint(4, 5),
-        "gear_defect" => format!("centre_deg = {}", random.random_range(45.0..90.0)),
-        "posture_spring" => format!("{}\nphase_deg = {}", joint(2, 3), random.random_range(0.0..360.0)),
-        "smooth_field" => format!("{}\nseed = {}", joint(1, 4), random.random_range(0..1_000_000)),
-        _ => String::new(),
+        "beat" => {
+            add("joint", joint(1, 4, random));
+            let first: f64 = random.random_range(3.2..7.8);
+            add("per_turn", Value::from(vec![first, first * random.random_range(1.05..1.25)]));
+        }
+        "bilinear_coupling" => drop(add("joint", joint(1, 4, random))),
+        "cable_spring" => drop(add("joint", joint(4, 5, random))),
+        "gear_defect" => drop(add("centre_deg", Value::from(random.random_range(45.0..90.0)))),
+        "posture_spring" => {
+            add("joint", joint(2, 3, random));
+            add("phase_deg", Value::from(random.random_range(0.0..360.0)));
+        }
+        "smooth_field" => {
+            add("joint", joint(1, 4, random));
+            add("seed", Value::from(random.random_range(0..1_000_000)));
+        }
+        _ => {}
     }
+    keys
 }
 
 /// `count` different samples, each displaced by `mm` millimetres.
@@ -239,13 +285,19 @@ mod tests {
             let drawn: Vec<HiddenToml> = (0..40)
                 .map(|trial| {
                     let mut random = Streams { seed: 1, trial }.stream("suite");
-                    let text = format!("[{flaw}]\nrms_urad = 60.0\n{}", unknown_keys(flaw, &mut random));
-                    toml::from_str(&text).unwrap_or_else(|e| panic!("{flaw}: {e}"))
+                    unknown_flaw(flaw, 60.0, &mut random).unwrap_or_else(|e| panic!("{flaw}: {e}"))
                 })
                 .collect();
             assert!(drawn.iter().all(|d| d.listed().len() == 1 && d.listed()[0].name == flaw), "{flaw}");
             assert!(drawn.iter().any(|d| *d != drawn[0]), "{flaw} is always the same");
         }
+    }
+
+    #[test]
+    fn a_flaw_that_does_not_exist_is_an_error_and_does_not_count_as_missed() {
+        let mut random = Streams { seed: 1, trial: 0 }.stream("suite");
+        let refused = unknown_flaw("cable_sprung", 60.0, &mut random).expect_err("there is none");
+        assert!(refused.to_string().contains("cable_sprung"), "{refused}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The outcome of one blind trial.
 
-use serde::Serialize;
+use calibench::diagnosis::Verdict;
+use serde::{Serialize, Serializer};
 
 /// The outcome of one trial: ground truth and answer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -16,7 +17,9 @@ pub struct Outcome {
     pub visible: f64,
     /// True if the data can test them at all.
     pub testable: bool,
-    pub verdict: &'static str,
+    /// Verdict of the diagnosis; `not_measured` in files if there is none, because the balls could not be centred.
+    #[serde(serialize_with = "by_name")]
+    pub verdict: Option<Verdict>,
     /// The best finding, and those aliased with it.
     pub top: String,
     pub rivals: String,
@@ -57,11 +60,26 @@ pub struct Outcome {
 impl Outcome {
     /// True if an effect of the catalogue was claimed.
     pub fn claimed(&self) -> bool {
-        claims(self.verdict)
+        self.verdict.is_some_and(claims)
+    }
+
+    /// Name of the verdict in files.
+    pub fn verdict_name(&self) -> &'static str {
+        name(self.verdict)
     }
 }
 
 /// True if a verdict names effects, as the whole or a part of what is missing.
-pub(super) fn claims(verdict: &str) -> bool {
-    matches!(verdict, "identified" | "partly" | "indistinguishable" | "suspect_samples")
+pub(super) fn claims(verdict: Verdict) -> bool {
+    verdict.names_effects() || verdict == Verdict::SuspectSamples
+}
+
+fn name(verdict: Option<Verdict>) -> &'static str {
+    verdict.map_or("not_measured", Verdict::name)
+}
+
+// The signature is that of serde.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn by_name<S: Serializer>(verdict: &Option<Verdict>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(name(*verdict))
 }

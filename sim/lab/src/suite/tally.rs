@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use calibench::diagnosis::Verdict;
 use serde::Serialize;
 
 use super::Outcome;
@@ -84,8 +85,8 @@ pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 pub fn tally(outcomes: &[Outcome]) -> Tally {
     // Trials under a special condition count only in their own row.
     let plain = |o: &&Outcome| o.class.starts_with(o.kind);
-    let of = |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict != "not_measured");
-    let detected = |o: &Outcome| !["nothing_left", "noise_larger_than_stated"].contains(&o.verdict);
+    let of = |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict.is_some());
+    let detected = |o: &Outcome| !o.verdict.is_some_and(Verdict::is_noise);
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());
     let noise_wrong = |o: &&Outcome| o.case != "nothing";
@@ -118,7 +119,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         let said = if o.claimed() {
             if o.top_right_merged { family(&o.hidden) } else { family(&o.top) }
         } else {
-            o.verdict.to_owned()
+            o.verdict_name().to_owned()
         };
         *families.entry(family(&o.hidden)).or_default().entry(said).or_default() += 1;
     }
@@ -126,7 +127,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         trials: outcomes.len(),
         false_alarms: Share::count(of("nothing").filter(|o| !noise_wrong(o)), Outcome::claimed),
         false_alarms_noise_wrong: Share::count(of("nothing").filter(noise_wrong), Outcome::claimed),
-        false_unexplained: Share::count(of("nothing"), |o| o.verdict == "unexplained"),
+        false_unexplained: Share::count(of("nothing"), |o| o.verdict == Some(Verdict::Unexplained)),
         top1_given_detection: Share::count(claimed(), |o| o.top_right),
         top1_merged_given_detection: Share::count(claimed(), |o| o.top_right_merged),
         top3_given_detection: Share::count(claimed(), |o| o.top3_right),

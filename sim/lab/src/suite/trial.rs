@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use super::advice::{Advice, advised, suspects};
 use super::answer::answer;
-use super::hide::{Hidden, disturb, hide};
+use super::hide::{Hidden, HideError, disturb, hide};
 use super::outcome::{Outcome, claims};
 use super::{Case, Kind};
 use calibench_sim::plans::Plans;
@@ -34,6 +34,9 @@ pub enum TrialError {
     /// The robot was not identified.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
+    /// What was drawn cannot be hidden.
+    #[error(transparent)]
+    Hide(#[from] HideError),
     /// The case is not among those planned.
     #[error("a trial was not planned")]
     Unplanned,
@@ -42,8 +45,8 @@ pub enum TrialError {
 /// Measures, calibrates, diagnoses and compares with the ground truth.
 pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, seed: u64, advice: Advice) -> Result<Outcome, TrialError> {
     let streams = Streams { seed, trial: case.trial() };
-    let hidden = hide(case, scenario, plans, &mut streams.stream("suite"));
-    let scenario = scenario.with_truth(hidden.truth(scenario))?;
+    let hidden = hide(case, scenario, plans, &mut streams.stream("suite"))?;
+    let scenario = scenario.with_truth(hidden.truth(scenario)?)?;
     let (said, class, names) = (case.to_string(), case.class.clone(), hidden.names());
     let (kind, size) = (hidden.kind, hidden.size);
     let judged = match measure_all(&scenario, streams, plans, &mut ()) {
@@ -52,7 +55,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, seed: u64, 
             Trial::of(case, &scenario.model, &measured, advice).judged(hidden)?
         }
         // A robot so wrong that its balls cannot be centred is detected without any diagnosis.
-        Err(RunError::Campaign(_)) => Outcome { verdict: "not_measured", ..Outcome::default() },
+        Err(RunError::Campaign(_)) => Outcome::default(),
         Err(e) => return Err(e.into()),
     };
     Ok(Outcome { case: said, class, kind, hidden: names, size, ..judged })
@@ -94,7 +97,10 @@ impl<'a> Trial<'a> {
         let untestable = |id: &str| diagnosis.untestable.iter().any(|u| u.effect == id);
         let testable = !hidden.effects.iter().any(|(id, _)| untestable(id));
         hidden.effects.retain(|(id, _)| hidden.kind == "one" || !untestable(id));
-        let visible = examination.visible_rms(&data, &hidden.effects).unwrap_or_default();
+        let visible = match examination.visible_rms(&data, &hidden.effects) {
+            Err(_) if !testable => Vec::new(),
+            visible => visible?,
+        };
         let followed = self.followed(&diagnosis)?;
         let before_mm = self.error_mm(&examination.calibration(&data))?;
         let mean = predicted.map_or([f64::NAN; 3], |w| [w.mean.expected, w.mean.low, w.mean.high].map(|v| v / MM));
@@ -118,8 +124,7 @@ impl<'a> Trial<'a> {
     /// Fits the claimed effects and the advised model.
     fn followed(&self, diagnosis: &Diagnosis) -> Result<Followed, IdentifyError> {
         let data = [("fit", self.fit)];
-        let first =
-            diagnosis.findings.first().filter(|_| claims(diagnosis.verdict.name())).map(|f| f.hypothesis.in_model.clone());
+        let first = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict)).map(|f| f.hypothesis.in_model.clone());
         let bad = suspects(diagnosis);
         let claimed: Vec<String> = if bad.is_empty() { first.into_iter().collect() } else { bad };
         let model = claimed.iter().fold(self.model.clone(), |model, effect| model.with(effect));

@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use calibench::diagnosis::Verdict;
 use calibench_lab::suite::{Advice, Case, Outcome, Suite, class_rows, tally};
 use calibench_sim::scenario::load_scenario;
 
@@ -60,6 +61,6 @@ fn what_is_hidden_is_named_and_nothing_is_not() {
     // Samples displaced by 5 mm and a ball moved by 0.2 mm are at least 20 times the noise: never "nothing left".
     for class in ["two_outliers", "moved_ball"] {
         let mut of = outcomes.iter().filter(|o| o.class == class);
-        assert!(of.all(|o| o.verdict != "nothing_left"), "{class}: nothing was found");
+        assert!(of.all(|o| o.verdict != Some(Verdict::NothingLeft)), "{class}: nothing was found");
     }
 }
