@@ -74,7 +74,7 @@ fn verbs(c: &mut Criterion) {
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &[] };
     let first = ladder_step(&named, &model, ground).unwrap();
-    let step = || best_step(&named, &first, ground, &mut |_| ()).unwrap();
+    let step = || best_step(&named, &first, ground).unwrap();
     assert_eq!(step().unwrap().added, [MISSING]);
     group.bench_function("a step of the ladder, 80 centrings", |b| b.iter(|| black_box(step().is_ok())));
     workbench(&mut group, small);

@@ -31,7 +31,7 @@ impl Planned {
 /// # Errors
 /// As [`ladder`].
 pub fn planned_for(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<Planned, IdentifyError> {
-    let ladder = ladder(datasets, model, ground, &mut |_| ())?;
+    let ladder = ladder(datasets, model, ground)?;
     let first = &ladder.first().diagnosis;
     let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
     Ok(Planned { in_question: verdict == Verdict::Indistinguishable, ladder })

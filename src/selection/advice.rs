@@ -1,8 +1,10 @@
 //! Recommended next step for a model: one judgement, used wherever advice is given.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use super::hold_out::HoldOut;
-use super::ladder::{Climb, best_step};
-use super::ladder::{LadderStep, step};
+use super::ladder::{Climb, LadderStep, next_step, step};
 use super::objections::Objection;
 use crate::diagnosis::Verdict;
 use crate::identify::calibration::IdentifyError;
@@ -53,7 +55,7 @@ impl Advice {
     /// The advice on a fitted and judged model.
     ///
     /// # Errors
-    /// As [`best_step`].
+    /// When the gain of the effects cannot be computed.
     pub fn on(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
         let mut refused: Vec<(String, Vec<Objection>)> = Vec::new();
         let diagnosis = &below.diagnosis;
@@ -67,10 +69,11 @@ impl Advice {
         if let Some(to_do) = without_step {
             return Ok(Advice { to_do, step: None, refused });
         }
-        let next = best_step(datasets, below, ground, &mut |climb| {
+        let next = next_step::<Infallible>(datasets, below, ground, &mut |climb| {
             if let Climb::Refused(effect, objections) = climb {
                 refused.push((effect.to_owned(), objections.to_vec()));
             }
+            ControlFlow::Continue(())
         })?;
         let step = match next {
             Ok(step) => Some(step),

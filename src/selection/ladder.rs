@@ -1,8 +1,14 @@
 //! The ladder: effects are added to a model one at a time, the same data are fitted again, and one of the models is
 //! recommended in the end.
 
+mod progress;
 pub(crate) mod step;
 
+use std::ops::ControlFlow;
+
+use progress::{Interrupted, Observer, report, unobserved};
+
+pub use progress::Climb;
 pub use step::{LadderStep, add, ladder_step, step};
 
 use super::hold_out::HoldOut;
@@ -69,19 +75,6 @@ impl StopReason {
     }
 }
 
-/// Progress of a ladder, for observers.
-#[derive(Debug)]
-pub enum Climb<'a> {
-    /// An effect is being added to the model of the last step.
-    Trying(&'a str),
-    /// The effect was refused, with the objections to it.
-    Refused(&'a str, &'a [Objection]),
-    /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.
-    Reached(&'a LadderStep),
-    /// The error curves, the steps and the whole library are being compared.
-    Choosing,
-}
-
 /// The steps from a first model towards the noise, and the recommended model.
 #[derive(Debug, Clone)]
 pub struct Ladder {
@@ -128,14 +121,35 @@ impl Ladder {
 ///
 /// # Errors
 /// As [`ladder_step`], for the first model. A step that cannot be fitted is not taken.
-pub fn ladder(
+pub fn ladder(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<Ladder, IdentifyError> {
+    Ok(run(datasets, model, ground, &mut unobserved)?)
+}
+
+/// As [`ladder`], and reports its progress to `observer`, which cancels it with `Break`: the result is then that `Break`.
+///
+/// # Errors
+/// As [`ladder`].
+pub fn observed_ladder<B>(
     datasets: &[(&str, &Dataset)],
     model: &Model,
     ground: HoldOut<'_>,
-    observer: &mut dyn FnMut(Climb<'_>),
-) -> Result<Ladder, IdentifyError> {
+    observer: &mut dyn FnMut(Climb<'_>) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, Ladder>, IdentifyError> {
+    match run(datasets, model, ground, observer) {
+        Ok(ladder) => Ok(ControlFlow::Continue(ladder)),
+        Err(Interrupted::Cancelled(value)) => Ok(ControlFlow::Break(value)),
+        Err(Interrupted::Failed(error)) => Err(error),
+    }
+}
+
+fn run<B>(
+    datasets: &[(&str, &Dataset)],
+    model: &Model,
+    ground: HoldOut<'_>,
+    observer: &mut Observer<'_, B>,
+) -> Result<Ladder, Interrupted<B>> {
     let mut steps = vec![ladder_step(datasets, model, ground)?];
-    observer(Climb::Reached(&steps[0]));
+    report(observer, Climb::Reached(&steps[0]))?;
     let top = loop {
         let below = &steps[steps.len() - 1];
         if below.diagnosis.verdict.is_noise() {
@@ -148,15 +162,15 @@ pub fn ladder(
         if steps.len() > MOST_STEPS {
             break StopReason::StepLimit;
         }
-        match best_step(datasets, below, ground, observer)? {
+        match next_step(datasets, below, ground, observer)? {
             Ok(next) => {
-                observer(Climb::Reached(&next));
+                report(observer, Climb::Reached(&next))?;
                 steps.push(*next);
             }
             Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
-    observer(Climb::Choosing);
+    report(observer, Climb::Choosing)?;
     let first = &steps[0];
     let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
@@ -167,7 +181,7 @@ pub fn ladder(
     let (chosen, other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     if let Some(ladder_step) = &other {
-        observer(Climb::Reached(ladder_step));
+        report(observer, Climb::Reached(ladder_step))?;
     }
     let first = &steps[0];
     let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
@@ -251,18 +265,26 @@ pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
 ///
 /// # Errors
 /// When the gain of the effects cannot be computed. A step that cannot be fitted is not taken.
-pub fn best_step(
+pub fn best_step(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: HoldOut<'_>) -> Result<Next, IdentifyError> {
+    Ok(next_step(datasets, below, ground, &mut unobserved)?)
+}
+
+/// As [`best_step`], and reports its progress.
+///
+/// # Errors
+/// As [`best_step`], and if `observer` cancels.
+pub(super) fn next_step<B>(
     datasets: &[(&str, &Dataset)],
     below: &LadderStep,
     ground: HoldOut<'_>,
-    observer: &mut dyn FnMut(Climb<'_>),
-) -> Result<Next, IdentifyError> {
+    observer: &mut Observer<'_, B>,
+) -> Result<Next, Interrupted<B>> {
     let mut tried = Vec::new();
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
         let together = suspects.join(" and ");
-        observer(Climb::Trying(&together));
+        report(observer, Climb::Trying(&together))?;
         let objections = match add(datasets, below, &suspects, ground) {
             Ok(next) => {
                 let mut objections = next.objections(below);
@@ -274,7 +296,7 @@ pub fn best_step(
             }
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
-        observer(Climb::Refused(&together, &objections));
+        report(observer, Climb::Refused(&together, &objections))?;
         tried.push((together, objections));
     }
     let mut effects = candidates(&below.diagnosis);
@@ -294,7 +316,7 @@ pub fn best_step(
     }
     for k in order {
         let effect = &effects[k];
-        observer(Climb::Trying(effect));
+        report(observer, Climb::Trying(effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
             None => match add(datasets, below, std::slice::from_ref(effect), ground) {
@@ -308,7 +330,7 @@ pub fn best_step(
                 Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
             },
         };
-        observer(Climb::Refused(effect, &objections));
+        report(observer, Climb::Refused(effect, &objections))?;
         tried.push((effect.clone(), objections));
     }
     Ok(Err(tried))

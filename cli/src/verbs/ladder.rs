@@ -1,12 +1,14 @@
 //! `ladder DATASET... [--model M] [--check DATASET...]`.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use calibench::identify::model_file::{write_model, write_model_like};
 use calibench::identify::problem::Use;
 use calibench::prediction::WorkspacePoses;
 use calibench::selection::hold_out::HoldOut;
-use calibench::selection::ladder::{Climb, LadderStep, ladder};
+use calibench::selection::ladder::{Climb, LadderStep, observed_ladder};
 use calibench::selection::recommend::ChoiceKind;
 use calibench_report::{
     NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
@@ -63,9 +65,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &checks };
     let waiting = Waiting::new("diagnosing");
-    let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&waiting, &climb));
+    let climbed = observed_ladder(&named, &model, ground, &mut |climb| {
+        narrate(&waiting, &climb);
+        ControlFlow::<Infallible>::Continue(())
+    });
     drop(waiting);
-    let climbed = climbed.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
+    let ControlFlow::Continue(climbed) =
+        climbed.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
     let chosen = climbed.recommended();
     let written = if arguments.whole {
         let library = climbed.recommendation.of_kind(ChoiceKind::Library);

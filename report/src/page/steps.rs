@@ -17,7 +17,7 @@ use calibench::selection::{Advice, Objection, ToDo};
 /// Those of the ladder.
 pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: HoldOut<'_>) -> Result<Value, IdentifyError> {
     if subject.climb {
-        let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
+        let mut climbed = climb(subject.datasets, subject.model, ground)?;
         climbed.steps = climbed.steps.into_iter().map(|r| judge(r, subject)).collect::<Result<_, _>>()?;
         climbed.other = climbed.other.map(|r| judge(r, subject)).transpose()?;
         let mut whole = to_value(&Ladder::of(&climbed));

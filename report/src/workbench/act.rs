@@ -1,7 +1,7 @@
 //! The user's actions: each leads to another set of effects, is answered with the figures of its fit, and refused if there is
 //! evidence against it.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, PoisonError};
@@ -16,7 +16,7 @@ use calibench::identify::model_file::read_model;
 use calibench::planning::pool::CellLayout;
 use calibench::planning::propose;
 use calibench::residuals::misfit::unbelievable;
-use calibench::selection::ladder::{Climb, ladder};
+use calibench::selection::ladder::{Climb, observed_ladder};
 use calibench::selection::recommend::Gain;
 use calibench::selection::{Objection, needs_diagnosis, step_gains};
 use serde_json::{Value, json};
@@ -104,16 +104,13 @@ impl Bench {
         let Judged { moment: here, page_model, .. } = self.judged()?;
         let mut observe = |climb: Climb<'_>| {
             if is_cancelled() {
-                resume_unwind(Box::new(Refusal::Cancelled));
+                return ControlFlow::Break(());
             }
             self.tell(&narrated(&climb));
+            ControlFlow::Continue(())
         };
-        let climb = || self.subject(&here, |s| ladder(s.datasets, &here.model, page_model.ground(), &mut observe));
-        let climbed = match catch_unwind(AssertUnwindSafe(climb)) {
-            Ok(climbed) => climbed?,
-            Err(_) if is_cancelled() => return Err(Refusal::Cancelled),
-            Err(panic) => resume_unwind(panic),
-        };
+        let climbed = self.subject(&here, |s| observed_ladder(s.datasets, &here.model, page_model.ground(), &mut observe))?;
+        let ControlFlow::Continue(climbed) = climbed else { return Err(Refusal::Cancelled) };
         let _alone = self.act();
         if is_cancelled() {
             return Err(Refusal::Cancelled);
