@@ -1,4 +1,4 @@
-//! Taking the data: [`poses`] to probe, [`centring`] on one ball, the whole [`campaign`], the [`dataset`] that it leaves,
+//! Taking the data: [`poses`] to probe, [`centring`] on one ball, the whole [`campaign`], the resulting [`dataset`],
 //! and the [`session`] at a real cell.
 
 pub mod campaign;
