@@ -147,10 +147,10 @@ def faults(browser, page_file, pictures):
         page.on("request", lambda r: r.url == page_file.as_uri() or r.url.startswith("data:") or found.append(f"{name}: asks for {r.url}"))
         page.on("dialog", lambda d: (found.append(f"{name}: a name in the data runs: {d.message}"), d.dismiss()))
         page.goto(page_file.as_uri())
-        page.wait_for_selector("body[data-ready='1']", timeout=20_000)
+        page.wait_for_selector("body[data-ready='1']", timeout=120_000)
         page.emulate_media(media=medium, color_scheme=light)
         if medium == "print":
-            page.wait_for_selector("html[data-print]", timeout=20_000)
+            page.wait_for_selector("html[data-print]", timeout=120_000)
         page.wait_for_timeout(300)
         if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
             found.append(f"{name}: the page is wider than {width} px")
