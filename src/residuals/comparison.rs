@@ -6,7 +6,6 @@ mod fit_relation;
 mod lack_of_fit;
 mod layout;
 mod sentences;
-mod significance;
 mod standout;
 mod suggestions;
 mod views;
@@ -28,9 +27,9 @@ use super::views::{
     WorstSample,
 };
 
+pub use self::finding::SIGNIFICANCE;
 pub use self::fit_relation::FitRelation;
 pub use self::lack_of_fit::LackOfFit;
-pub use self::significance::SIGNIFICANCE;
 pub use self::standout::{Standout, Subject};
 
 /// A calibration compared with samples.

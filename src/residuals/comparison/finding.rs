@@ -5,10 +5,12 @@
 //! and added to the model, and the others are judged by what they show beyond it.
 
 use super::layout::Layout;
-use super::significance::SIGNIFICANCE;
 use super::standout::{Standout, Subject};
 use crate::residuals::noise_floor::{NoiseFloor, fisher_chance};
 use crate::residuals::views::{Scores, Taken, ViewTest};
+
+/// Level of the tests for findings, lack of fit and views, for each kind separately.
+pub const SIGNIFICANCE: f64 = 0.01;
 
 /// Largest number of findings; if more views are significant, the model is wrong in many small ways.
 const MOST: usize = 5;
