@@ -94,7 +94,7 @@ impl Expression {
         reader.read()?;
         let compiled = FlatEx::parse(&reader.written).map_err(|e| ExpressionError {
             position: 1,
-            problem: format!("is no expression ({e})"),
+            problem: format!("is not an expression ({e})"),
             remedy: "write it with numbers, variables, functions, + - * / ^ and parentheses".into(),
         })?;
         Ok(Expression { text: text.into(), compiled, variables: reader.variables })
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
                 self.written.push('(');
             }
             '*' if self.chars[..start].ends_with(&['*']) => {
-                return wrong(start, "`**` is no operator".into(), "write a power as `^`");
+                return wrong(start, "`**` is not an operator".into(), "write a power as `^`");
             }
             c if c.is_ascii_digit() || c == '.' => return self.read_number(start),
             c if c.is_ascii_alphabetic() => return self.read_name(start),
@@ -233,7 +233,7 @@ impl<'a> Reader<'a> {
         let digits: String = self.chars[start..end].iter().collect();
         match digits.parse::<f64>() {
             Ok(v) if v == 0.0 || SIZES.contains(&v) => self.written.push_str(&decimal(v)),
-            _ => return wrong(start, format!("`{digits}` is no number of a sensible size"), "write it as 1.5 or 2e-3"),
+            _ => return wrong(start, format!("`{digits}` is not a number of a sensible size"), "write it as 1.5 or 2e-3"),
         }
         self.complete = Some(self.factor);
         Ok(end)

@@ -68,7 +68,7 @@ impl OwnEffect {
     /// If it does not.
     pub fn unit_fits(&self) -> Result<(), OwnEffectError> {
         if matches!(self.unit, Unit::KG | Unit::KG_M) {
-            let problem = format!("'{}' is no measure of a turn or a shift", self.unit.symbol);
+            let problem = format!("'{}' is not a unit of angle or length", self.unit.symbol);
             return Err(wrong("unit", problem, "give deg, urad, mm or um"));
         }
         let mut all = self.terms.iter().map(|t| turns(&t.site));
@@ -76,7 +76,7 @@ impl OwnEffect {
         let other = first.filter(|first| all.all(|t| t == Some(*first)) && measures(self.unit).is_some_and(|u| u != *first));
         let Some(turning) = other else { return Ok(()) };
         let (moves, such) = if turning { ("turn", "deg, mrad or urad") } else { ("shift", "mm or um") };
-        let problem = format!("'{}' is no measure of its sites, which {moves}", self.unit.symbol);
+        let problem = format!("'{}' is not a unit for its sites, which {moves}", self.unit.symbol);
         Err(wrong("unit", problem, format!("give {such}")))
     }
 
@@ -118,7 +118,7 @@ impl OwnEffect {
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
         if !plain || name.len() > LONGEST_NAME {
             let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
-            return Err(wrong("name", format!("'{}' is no name", quoted(name)), remedy));
+            return Err(wrong("name", format!("'{}' is not a name", quoted(name)), remedy));
         }
         if subject.registry.family(name).is_some() {
             let problem = format!("'{name}' is an effect of the catalogue");
@@ -144,7 +144,7 @@ impl OwnTerm {
                 "write theta:J, d:J (J = 1..{n}), alpha:K, a:K, beta:K (K = 0..{}), flex:K:AXIS (K = 0..{n}), base:AXIS, tool:x or ball:x",
                 n - 1
             );
-            wrong("site", format!("'{}' is no site of this robot", quoted(&self.site)), remedy)
+            wrong("site", format!("'{}' is not a site of this robot", quoted(&self.site)), remedy)
         })
     }
 
@@ -171,7 +171,7 @@ impl Coefficients<'_> {
         let name = &self.effect.name;
         let coefficient = match &term.group {
             Some(group) if group.is_empty() || !group.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
-                return Err(wrong("group", format!("'{group}' is no name"), "use letters, digits and `_`"));
+                return Err(wrong("group", format!("'{group}' is not a name"), "use letters, digits and `_`"));
             }
             Some(group) => format!("{name}.{group}"),
             None => format!("{name}.{}", k + 1),

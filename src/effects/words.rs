@@ -101,7 +101,7 @@ mod tests {
         for (id, words) in [
             ("ball_step:a:1:600", "ball a:1 knocked after 600 s"),
             ("base_step:12.5", "base bumped after 12.5 s"),
-            ("outlier:day2:p7", "sample day2:p7 set aside"),
+            ("outlier:day2:p7", "sample day2:p7 excluded"),
             ("product:4:5:6", "error of joint 4 by the angles of joint 5 and joint 6 together"),
             ("thermal_growth:temp", "thermal growth of the links with temperature"),
             ("link_bending:2", "bending of link 2"),

@@ -54,7 +54,7 @@ impl Look {
             Look::SetUps => "a wrong base, a wrong tool, a wrong zero of an indicator, a tracker that is registered wrongly",
             Look::Balls => "a ball or an artifact that is not as certified",
             Look::Load => {
-                "everything that gives way: gears, bearings, links, the pedestal; and everything that weighs otherwise than entered"
+                "everything that gives way: gears, bearings, links, the pedestal; and everything of another mass than entered"
             }
             Look::Arrival => "lost motion, plungers that stick, an arm that was read before it came to rest",
             Look::Angles => "gears and encoders that run out of true, wrong ratios",
@@ -81,7 +81,7 @@ impl Look {
                 "Sag is the largest error of most arms that are geometrically right, and it bends the views against angle, because torque follows angle."
             }
             Look::Arrival => "Two clouds of points look like scatter in every other view.",
-            Look::Angles => "What is left now belongs to one joint and depends on where it stands.",
+            Look::Angles => "What remains now belongs to one joint and depends on where it stands.",
             Look::Folded => {
                 "Last, because only here does a search over many periods begin, and a search finds something in everything that the steps before have not cleared away."
             }

@@ -48,10 +48,10 @@ impl Plot {
 
     fn heading(&self, out: &mut String) {
         text(out, [INSIDE[0], 20.0], "class=\"t\"", &self.title);
-        let effect = if self.marked.is_empty() { "the effect in it" } else { "the sample with the effect" };
+        let effect = if self.marked.is_empty() { "explained by the effect" } else { "the sample with the effect" };
         let [x, y] = [INSIDE[0], 38.0];
         stroke(out, "p", &format!("M{} {}h0", x + 4.0, y), 6.0);
-        text(out, [x + 14.0, y + 4.0], "", "what the fit leaves");
+        text(out, [x + 14.0, y + 4.0], "", "residual");
         match (self.marked.is_empty(), self.taken.is_empty()) {
             (true, true) => stroke(out, "c", &format!("M{} {}h22", x + 150.0, y), 3.0),
             (true, false) => stroke(out, "c", &format!("M{} {}{DIAMOND}", x + 161.0, y), 1.2),

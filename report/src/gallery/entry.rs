@@ -70,11 +70,11 @@ impl Entry {
         say(&format!("\n{}\n", self.picture()));
         say("## What imitates it\n");
         say(&self.imitated());
-        say("## Which measurement parts them\n");
+        say("## Which measurement distinguishes them\n");
         say(&format!("{}\n", f.signature.parted_by));
         say("## Where to look on the machine\n");
         say(&match f.meaning.look {
-            "" => "There is nothing to mend: add it to the model.\n".to_owned(),
+            "" => "There is nothing to repair: add it to the model.\n".to_owned(),
             look => format!("{}.\n", capital(look)),
         });
         say("## In figures\n");
@@ -110,16 +110,16 @@ impl Entry {
         };
         let lacks = if self.baseline { "A model without it" } else { "The model without it" };
         format!(
-            "The picture is of {}: {}, with {}{more}, {times}.\n{lacks} leaves {} rms; with it, {} is left.\nThe {} {:.0} % of the squares of what is drawn.{faint}",
+            "The picture is of {}: {}, with {}{more}, {times}.\n{lacks} leaves {} rms; with it, {} remains.\nThe {} {:.0} % of the plotted squares.{faint}",
             self.campaign,
             in_words(&self.effect),
             sizes.join(", "),
             self.seen.rms[0],
             self.seen.rms[1],
             match (self.seen.plot.marked.is_empty(), self.seen.plot.taken.is_empty()) {
-                (true, true) => "curve takes",
-                (true, false) => "diamonds take",
-                (false, _) => "marked sample holds",
+                (true, true) => "curve explains",
+                (true, false) => "diamonds explain",
+                (false, _) => "marked sample contains",
             },
             100.0 * self.seen.plot.explained,
         )
@@ -130,26 +130,26 @@ impl Entry {
         let [first, ..] = worth[..] else {
             return match self.imitators.first() {
                 Some(i) => format!(
-                    "Nothing in this campaign: no other effect takes more than {:.0} % of it.\n",
+                    "Nothing in this campaign: no other effect absorbs more than {:.0} % of it.\n",
                     (100.0 * i.share).ceil()
                 ),
                 None => "Nothing in this campaign.\n".to_owned(),
             };
         };
         let mut out = String::from(
-            "Fitted in its place, another effect takes at best so much of what the model leaves of it in this campaign:\n\n| effect | takes of it |\n|---|---|\n",
+            "Fitted in its place, another effect absorbs at best this share of what the model leaves of it in this campaign:\n\n| effect | absorbs |\n|---|---|\n",
         );
         for i in &worth {
             let page = family(&i.effect).map_or(String::new(), |f| format!("[{}]({}.md)", in_words(&i.effect), f.id));
             _ = writeln!(out, "| {page} | {:.0} % |", 100.0 * i.share);
         }
         if first.share >= THE_SAME {
-            _ = writeln!(out, "\nThese data cannot tell it from the {}.", in_words(&first.effect));
+            _ = writeln!(out, "\nThese data cannot distinguish it from the {}.", in_words(&first.effect));
         }
         if let Some(beside) = &self.beside {
             _ = writeln!(
                 out,
-                "\nWith the {} fitted in its place {} is left, and this is where it shows:\n\n![{}]({}-beside.svg)",
+                "\nWith the {} fitted in its place {} remains, and this is where it shows:\n\n![{}]({}-beside.svg)",
                 in_words(&first.effect),
                 beside.rms[0],
                 beside.plot.title,

@@ -22,9 +22,9 @@ pub(super) fn index_page(gallery: &Gallery) -> String {
         "# Gallery of signatures\n\n\
          What each effect of the catalogue looks like in the residuals of a fit that lacks it.\n\
          Each was injected alone into {}, with the noise of its instruments; the model was fitted without it, and the picture is the view in which its curve shows most of it.\n\
-         The pages say what imitates an effect, which measurement parts the two, and where to look on the machine.\n\n\
+         The pages say what imitates an effect, which measurement distinguishes the two, and where to look on the machine.\n\n\
          The pictures stand in the order of [what to look at first](first-look.md).\n\n\
-         `{}` wrote this folder; `calibench gallery DATASET -o DIR` writes one of your own postures and noise.\n",
+         `{}` wrote this folder; `calibench gallery DATASET -o DIR` writes one with your own postures and noise.\n",
         gallery.campaign, gallery.command
     );
     for look in Look::ALL {
@@ -59,12 +59,12 @@ pub(super) fn index_page(gallery: &Gallery) -> String {
 pub(super) fn first_look_page(gallery: &Gallery) -> String {
     let mut out = String::from(
         "# What to look at first\n\n\
-         A mechanic looks first at what would make every later picture misleading, then at what is cheap to mend, and last at what only a search can find.\n\
+         A mechanic looks first at what would make every later picture misleading, then at what is cheap to repair, and last at what only a search can find.\n\
          This is that order, and what is ruled out when a picture shows nothing.\n\n\
          The program keeps to it:\n\n\
-         * `calibench diagnose` sets samples that disagree with all others aside before anything else, and says so first.\n\
-         * `calibench compare`, and the section *Residuals from every side* of the [report](../report.md), list what stands out by the share that it explains; where the strongest is not the one that comes first below, the sentence \"Look first at ...\" names that one.\n\
-         * The picture that tells most, at the head of the report, is a different question: it shows the one effect that explains most.\n",
+         * `calibench diagnose` excludes samples that disagree with all others before anything else, and says so first.\n\
+         * `calibench compare`, and the section *Residuals from every side* of the [report](../report.md), list what is significant by the share that it explains; where the strongest is not the one that comes first below, the sentence \"Look first at ...\" names that one.\n\
+         * The key residual plot, at the head of the report, is a different question: it shows the one effect that explains most.\n",
     );
     for look in Look::ALL {
         _ = writeln!(
@@ -83,8 +83,8 @@ pub(super) fn first_look_page(gallery: &Gallery) -> String {
         }
     }
     out.push_str(
-        "\n## What is left\n\n\
-         If no picture shows anything and the residual still exceeds the noise, many small effects are left, or one of two variables at once.\n\
+        "\n## What remains\n\n\
+         If no picture shows anything and the residual still exceeds the noise, many small effects remain, or one of two variables at once.\n\
          `calibench diagnose` then says so, and [the ladder](../hunting-a-missing-effect.md) adds what predicts better, by name or as a curve.\n",
     );
     out

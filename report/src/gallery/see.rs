@@ -279,8 +279,8 @@ fn agreement(scene: &Scene<'_>, turned: bool) -> Plot {
     let explained = Plot::share(&points, points.iter().map(|p| p[0]));
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
     Plot {
-        title: "Residual against what the effect takes of it".into(),
-        x: format!("what the effect takes of a sample (x, y and z of {axes}), {unit}"),
+        title: "Residual against the part that the effect explains".into(),
+        x: format!("part explained by the effect (x, y and z of {axes}), {unit}"),
         y: format!("residual, {unit}"),
         points: points.into_iter().step_by(stride).collect(),
         marked: Vec::new(),

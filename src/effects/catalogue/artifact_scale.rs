@@ -27,10 +27,10 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "Balls far from the middle of the artifact are off outwards (or inwards), those in the middle not at all.",
-            "Ball by ball, the residual points away from the centre in proportion to the distance, as far as lengths and base do not take it up.",
+            "Ball by ball, the residual points away from the centre in proportion to the distance, as far as lengths and base do not absorb it.",
             "It is the same at the beginning and at the end.",
         ],
-        parted_by: "The temperature of the artifact beside that of its certificate: steel grows by 11.5 µm per metre and kelvin; or the distance of two balls by another instrument.",
+        parted_by: "The temperature of the artifact against that of its certificate: steel grows by 11.5 µm per metre and kelvin; or the distance of two balls by another instrument.",
     },
     stray: Stray::None,
     members: alone,

@@ -34,7 +34,7 @@ pub(super) const FAMILY: Family = Family {
         looks: [
             "From a certain sample on every ball is off by the same amount, while points measured by another instrument are not.",
             "Over time the residuals on balls lie on two shelves.",
-            "With balls alone it cannot be told from a bump of the base.",
+            "With balls alone it cannot be distinguished from a bump of the base.",
         ],
         parted_by: "Points measured without the artifact, before and after: they move if the base did, and stay if it was the artifact.",
     },

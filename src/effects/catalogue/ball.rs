@@ -29,10 +29,10 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "All samples on one ball are off in the same direction; on the other balls hardly anything is wrong.",
-            "Drawn ball by ball, one stands apart from the rest.",
+            "Drawn ball by ball, one lies apart from the rest.",
             "The fit spreads a part of it over the others, so the displaced ball looks less displaced than it is.",
         ],
-        parted_by: "That ball on the coordinate measuring machine once more, or more postures on it; a second place of the artifact tells a ball from a part of the workspace.",
+        parted_by: "That ball on the coordinate measuring machine once more, or more postures on it; a second place of the artifact distinguishes a ball from a part of the workspace.",
     },
     stray: Stray::None,
     members: each_ball,

@@ -29,7 +29,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "All residuals creep in the same direction of the room.",
-            "Over time the points of a room axis climb along a ramp.",
+            "Over time the points of a room axis rise along a ramp.",
             "Posture and load do not change it.",
         ],
         parted_by: "One posture repeated throughout the session: a ramp is heat or creep, a step is a bump.",

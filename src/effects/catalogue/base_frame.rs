@@ -26,7 +26,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "With nothing else fitted, every residual points the same way, or turns about one axis as the pages of a book do.",
-            "Fitted lengths and zeros take up most of it and leave broad bows against the first joints, which tell where in the cell the tool was.",
+            "Fitted lengths and zeros absorb most of it and leave broad bows against the first joints, which show where in the cell the tool was.",
             "Nothing in it depends on the load, the time or the side of approach.",
         ],
         parted_by: "Points far apart in the cell, at least three of them not on a line; a robot that was only moved leaves the distances between its points as they were.",

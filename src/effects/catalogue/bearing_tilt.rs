@@ -30,7 +30,7 @@ pub(super) const FAMILY: Family = Family {
             "No turn of any joint undoes it, so against joint angles it is only partly seen.",
             "With a lighter payload it shrinks in proportion.",
         ],
-        parted_by: "Two payloads, and postures that load the axis from different sides; one payload and few postures cannot tell it from the bending of the link beside it.",
+        parted_by: "Two payloads, and postures that load the axis from different sides; one payload and few postures cannot distinguish it from the bending of the link next to it.",
     },
     stray: Stray::None,
     members: each_joint,

@@ -32,7 +32,7 @@ pub(super) const FAMILY: Family = Family {
             "Against its torque the points form two level shelves with a steep step at zero.",
             "Arriving from the other side changes nothing, because the load decides where the play closes.",
         ],
-        parted_by: "Postures just to either side of the balance of the joint, where the torque is small: only there does a step differ from a line. Arriving from both sides tells it from hysteresis.",
+        parted_by: "Postures just to either side of the balance of the joint, where the torque is small: only there does a step differ from a line. Arriving from both sides distinguishes it from hysteresis.",
     },
     stray: Stray::Closing(2.0),
     members: each_joint,

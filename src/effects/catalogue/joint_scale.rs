@@ -29,7 +29,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "The joint turns a fixed share too far: nothing at its zero, most at its ends.",
-            "Against its own angle the error is a straight line; a fitted zero shifts it, and its ends bend where geometry takes a part of it.",
+            "Against its own angle the error is a straight line; a fitted zero shifts it, and its ends bend where geometry absorbs a part of it.",
             "Load, time and the other joints do not change it.",
         ],
         parted_by: "The whole range of the joint, to both ends: there a line departs from the middle of a sine, and from what geometry can bend.",

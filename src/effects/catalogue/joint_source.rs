@@ -23,7 +23,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(1.5),
     period: Period::None,
     meaning: Meaning {
-        physics: "the joints stand where they were sent, not where they are said to be",
+        physics: "the joints are where they were sent, not where they are reported to be",
         look: "log the joints as the encoders read them",
     },
     signature: Signature {

@@ -27,7 +27,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(2.0),
     period: Period::None,
     meaning: Meaning {
-        physics: "the arm's links weigh otherwise than entered; it acts through the compliance of the joints",
+        physics: "the arm's links have other masses than entered; it acts through the compliance of the joints",
         look: "",
     },
     signature: Signature {
@@ -36,7 +36,7 @@ pub(super) const FAMILY: Family = Family {
             "Each joint's error follows the part of the torque that its own links cause.",
             "A change of payload does not change it.",
         ],
-        parted_by: "The joint torques that the controller reports, with the payload off; a change of payload tells link from payload.",
+        parted_by: "The joint torques that the controller reports, with the payload off; a change of payload distinguishes link from payload.",
     },
     stray: Stray::None,
     members: alone,

@@ -27,14 +27,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
     meaning: Meaning {
-        physics: "a gearbox gives way to the weight of what hangs on it, as far as that can be told without the masses of the links",
+        physics: "a gearbox gives way to the weight of what hangs on it, as far as that can be known without the masses of the links",
         look: "",
     },
     signature: Signature {
         looks: [
             "The tool hangs low where the arm reaches out, as if a joint were soft.",
             "Against the angle of the joint it is one swing per turn, highest where the link lies level.",
-            "It is the substitute for compliance when nobody knows what the links weigh.",
+            "It is the substitute for compliance when the masses of the links are unknown.",
         ],
         parted_by: "Known link masses in the robot's description, or a second payload whose mass is known.",
     },

@@ -21,7 +21,7 @@ pub fn set_aside_by(effect: &str) -> Option<&str> {
 pub(super) const FAMILY: Family = Family {
     id: "outlier",
     arguments: ":ID",
-    name: "sample {name} set aside",
+    name: "sample {name} excluded",
     what: "one sample disagrees with all others",
     equation: "target += (x, y, z) at sample ID",
     origin: Origin::SetUp,
@@ -38,11 +38,11 @@ pub(super) const FAMILY: Family = Family {
     },
     signature: Signature {
         looks: [
-            "One sample stands far above all others.",
+            "One sample lies far above all others.",
             "Its neighbours in posture and in time are right.",
             "Any smooth cause would have moved them too.",
         ],
-        parted_by: "That sample once more. If it repeats, it is no outlier, but the first sign of something that no other posture shows.",
+        parted_by: "That sample once more. If it repeats, it is not an outlier but the first sign of something that no other posture shows.",
     },
     stray: Stray::None,
     members: alone,

@@ -23,14 +23,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,
     meaning: Meaning {
-        physics: "the payload weighs otherwise than entered; it acts through the compliance of the joints",
+        physics: "the payload has another mass than entered; it acts through the compliance of the joints",
         look: "weigh it",
     },
     signature: Signature {
         looks: [
             "The compliance that was fitted is too soft for one payload and too stiff for the other.",
             "Each joint's error follows the torque of the payload about it.",
-            "With one payload only, the fitted compliance takes it up.",
+            "With one payload only, the fitted compliance absorbs it.",
         ],
         parted_by: "A pair of scales; or the same postures with a second payload of known mass.",
     },

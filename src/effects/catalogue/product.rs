@@ -29,7 +29,7 @@ pub(super) const FAMILY: Family = Family {
         looks: [
             "The error of a joint changes with two angles at once.",
             "Against either angle alone the points only scatter; in a map of both there are hills and valleys.",
-            "A curve of one angle takes up little of it.",
+            "A curve of one angle absorbs little of it.",
         ],
         parted_by: "Combinations of the two angles on a grid; varying one at a time never shows it.",
     },

@@ -26,7 +26,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
     meaning: Meaning {
-        physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is no straight line",
+        physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is not a straight line",
         look: "",
     },
     signature: Signature {
@@ -35,7 +35,7 @@ pub(super) const FAMILY: Family = Family {
             "Against its torque the points follow an S that is steep at neither end: a straight line fitted to it leaves a third-order wave.",
             "At small torques nothing is seen at all.",
         ],
-        parted_by: "Several payloads in one posture: three points on the curve of one joint tell an S from a line and from a step.",
+        parted_by: "Several payloads in one posture: three points on the curve of one joint distinguish an S from a line and from a step.",
     },
     stray: Stray::Power { nominal: 3.0, spread: 0.8 },
     members: each_joint,

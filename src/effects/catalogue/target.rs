@@ -16,7 +16,7 @@ pub(super) const FAMILY: Family = Family {
     id: "target",
     arguments: ":R",
     name: "position of target {name} on the tool",
-    what: "a target is not where it was said to be on the tool",
+    what: "a target is not where it is stated to be on the tool",
     equation: "tool += (x, y, z) in tool axes, at samples of target R",
     origin: Origin::Gauge,
     scan: Scan::None,
@@ -27,7 +27,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Unlimited,
     period: Period::None,
     meaning: Meaning {
-        physics: "one measured point of the tool is not where it was said to be",
+        physics: "one measured point of the tool is not where it is stated to be",
         look: "look at the seat of that target; measure its place on the tool again",
     },
     signature: Signature {

@@ -25,7 +25,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "The error of one joint creeps in one direction.",
-            "Over time the points climb along a ramp, whatever the posture.",
+            "Over time the points rise along a ramp, whatever the posture.",
             "The residuals of one posture taken early and late differ by a turn of that joint.",
         ],
         parted_by: "One posture repeated at the beginning, in the middle and at the end; other joints folded and stretched, so that a turn of the joint differs from a drift of the base.",

@@ -29,13 +29,13 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(100.0),
     period: Period::None,
     meaning: Meaning {
-        physics: "the tracker's frame does not sit on the world's",
+        physics: "the tracker's frame does not coincide with the world's",
         look: "measure the tracker's reference points again",
     },
     signature: Signature {
         looks: [
             "Every point is off by one shift and one turn of the room, and the balls are not.",
-            "A robot measured by the tracker alone takes it up as a wrong base.",
+            "A robot measured by the tracker alone absorbs it as a wrong base.",
             "It is the same for all postures, loads and times.",
         ],
         parted_by: "The reference points of the tracker measured again, or balls beside the points.",
