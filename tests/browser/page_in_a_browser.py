@@ -207,7 +207,7 @@ def wrong_files(program, page, tables, scratch, found):
         "empty.csv": "",
         "few.csv": "\n".join(line.split(",")[0] for line in good[:30]) + "\n",
         "nul.csv": "q1,q2\n\0\0,1\n",
-        "broken.xlsx": "this is no workbook",
+        "broken.xlsx": "this is not a workbook",
     }
     for name, text in cases.items():
         (scratch / name).write_text(text, encoding="utf-8")
@@ -256,16 +256,16 @@ def wrong_files(program, page, tables, scratch, found):
     page.drops(twice, ["a", "b"])
     found.unless("would count twice" in page.error(), f"twice: the page says '{page.error()}'")
     found.unless(page.page.evaluate(of_before) == before, f"twice: the page shows {page.page.evaluate(of_before)}, not {before}")
-    # Exchanged columns: refused, opened all the same when asked, with nothing that calls it noise; what is chosen meanwhile does not count.
+    # Exchanged columns: refused, opened anyway on request, with nothing that calls it noise; what is chosen meanwhile does not count.
     rows = [line.split(",") for line in good]
     swapped = [",".join([row[0], row[2], row[1], *row[3:]]) for row in rows[1:]]
     (scratch / "swapped.csv").write_text("\n".join([good[0], *swapped]) + "\n", encoding="utf-8")
     page.opens([scratch / "swapped.csv"], "ur5")
-    found.unless(page.error() and page.page.is_visible("#all-the-same"), f"swapped: the page says '{page.error()}'")
+    found.unless(page.error() and page.page.is_visible("#continue-anyway"), f"swapped: the page says '{page.error()}'")
     # The guess stands beside the refusal, so that it can be corrected.
     found.unless(page.page.locator("#open .guessed pre").count() == 1, "swapped: the page does not show the map that it guessed")
     page.page.set_input_files("#files", [str(tables / "table.csv")])
-    page.waits("#all-the-same")
+    page.waits("#continue-anyway")
     settled(page.page)
     headline = page.page.locator("h1").inner_text()
     found.unless(headline == "These data do not fit this robot", f"swapped: the page says '{headline}'")

@@ -224,7 +224,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     settled(page)
     if page.is_visible("#refused"):
         looked_at(page, "refused", pictures, found)
-        timed("all the same", lambda: page.click("#refused button"))
+        timed("anyway", lambda: page.click("#refused button"))
     both = figures()
     found.unless(page.evaluate("document.activeElement?.closest('li')?.dataset.effect") == other or effect, "the switch has lost the focus")
     turned(added, "switch off")
@@ -268,7 +268,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     timed("own expression", lambda: page.click("#own button"))
     if page.is_visible("#refused"):
         looked_at(page, "refused", pictures, found)
-        timed("own expression, all the same", lambda: page.click("#refused button"))
+        timed("own expression, anyway", lambda: page.click("#refused button"))
     found.unless("+ ripple" in page.locator("#stairs .chart").get_attribute("aria-label") or "ripple" in page.locator("#ladder").inner_text(), "the expression is no step")
 
     # Saved where it may be.

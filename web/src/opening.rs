@@ -91,7 +91,7 @@ impl From<LocatedError> for NotOpened {
 }
 
 impl NotOpened {
-    /// The field of the page in error: `misfit` if the user may continue all the same.
+    /// The field of the page in error: `misfit` if the user may continue anyway.
     #[must_use]
     pub fn field(&self) -> Option<&'static str> {
         match self {

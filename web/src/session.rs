@@ -31,7 +31,7 @@ pub enum NoAnswer {
     #[error(transparent)]
     Bench(#[from] Unanswered),
     /// The body is not what the question needs.
-    #[error("this is not what is asked here: {0}")]
+    #[error("this is not a valid request: {0}")]
     Malformed(#[from] serde_json::Error),
     /// Nothing is open.
     #[error("open measurements first")]

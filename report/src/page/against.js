@@ -36,7 +36,7 @@ export function against(report) {
     figures(report, it),
     quiet(
       "In brackets the 10 to 90 % band of what is expected, and two standard errors of a measured mean. " +
-        `The ${names.residual} prefers nobody: a model with more parameters always leaves less.`,
+        `The ${names.residual} favours neither: a model with more parameters always leaves less.`,
     ),
     warnings.length > 0 && element("div", { class: "warning" }, heading, warnings),
     it.paired && pairedChart(it, it.paired),
@@ -121,7 +121,7 @@ function figuresOfTwo({ figures: ofA, ladder, names }, it) {
     add(`${names.workspace}, mean`, a.mean_mm, b.mean_mm, { isMean: true, bandA, bandB, beyond });
   }
   add(`${names.cross_validated}, rms`, rungA.cv_rms_mm, rungB.cv_rms_mm);
-  add(`${names.residual}, rms`, ofA.rms_mm, ofB.rms_mm, { beyond: "prefers nobody" });
+  add(`${names.residual}, rms`, ofA.rms_mm, ofB.rms_mm, { beyond: "favours neither" });
   add(names.noise_left, ofA.noise_mm, ofB.noise_mm, { beyond: "" });
   add(names.unexplained, ofA.unexplained_mm, ofB.unexplained_mm, { beyond: "" });
   return rows;

@@ -62,7 +62,7 @@ impl CampaignRecord {
         for row in CsvTable::read(&stops, &["probing", "phase", x, y, z], REMEDY)?.rows() {
             let probing = row.text("probing");
             let centring = probing.parse::<usize>().ok().and_then(|k| centrings.get_mut(k.checked_sub(1)?));
-            let centring = centring.ok_or_else(|| row.wrong("probing", format!("'{probing}' is no row of probings.csv")))?;
+            let centring = centring.ok_or_else(|| row.wrong("probing", format!("'{probing}' is not a row of probings.csv")))?;
             if row.text("phase") != "centring" {
                 continue;
             }

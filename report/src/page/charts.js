@@ -62,7 +62,7 @@ export function scatter(theme, of) {
   const { xName, yName, points, candidate, line, bins, limit, xAxis, spacious, unit, bottom = 44 } = of;
   /** @param {Item} item */
   const say = ({ seriesName, value }) => {
-    const what = seriesName === "candidate" ? "the candidate takes" : "residual";
+    const what = seriesName === "candidate" ? "the candidate explains" : "residual";
     return `${value[2] ?? ""}\n${what} ${digits(value[1])} ${unit}\nat ${digits(value[0], 4)}`;
   };
   /** @type {Option[]} */

@@ -16,7 +16,7 @@ export function contributionChart(report, most) {
   /** @param {Item} item */
   const say = ({ dataIndex }) => {
     const { effect, share, size_plausible: size } = most[dataIndex];
-    return `${names[dataIndex]} (${effect})\n${digits(100 * share)} % of what is left\n${digits(size)} plausible sizes`;
+    return `${names[dataIndex]} (${effect})\n${digits(100 * share)} % of the residual\n${digits(size)} plausible sizes`;
   };
   return chart(`Contributions, largest first: ${first.join(", ")}`, 60 + 22 * most.length, (theme, width) => {
     const room = Math.min(330, 0.42 * width);

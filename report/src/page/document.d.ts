@@ -245,7 +245,7 @@ interface Curve {
   x?: (number | null)[] | null;
 }
 
-/** The picture that tells most; `candidate` is a place in the list of them. */
+/** The key residual plot; `candidate` is a place in the list of them. */
 type Telling = { candidate: number | null; sample?: string } & (
   | { kind: "phase" | "agreement" | "balls" | "contributions" | "samples" }
   | { kind: "view"; view: number }

@@ -34,7 +34,7 @@ export function ladder(report) {
     figure(picture(report, rows), told),
     it.step && step(report, it.step, against),
     refused.length > 0 && unfold("Steps that were refused", list(refused)),
-    next && quiet("This is the next step alone. ", element("code", {}, next), " climbs to the end."),
+    next && quiet("This is the next step alone. ", element("code", {}, next), " runs to the end."),
     unfold("The numbers of the ladder", numbers(report, rows)),
   ];
 }

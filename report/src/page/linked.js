@@ -103,7 +103,7 @@ function step(points, key) {
   const [id, places] = order[Math.min(order.length - 1, Math.max(0, next))];
   /** @type {(place: Point) => string} */
   const said = ({ x, y, name }) =>
-    `${id}: ${name === "candidate" ? "the candidate takes " : ""}${digits(y)} at ${digits(x, 4)}`;
+    `${id}: ${name === "candidate" ? "the candidate explains " : ""}${digits(y)} at ${digits(x, 4)}`;
   lookAt(id, places.map(said).join("; "));
   return true;
 }

@@ -177,15 +177,15 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
         }
         Verdict::DataDoNotFit => (
             "These data do not fit this robot".to_owned(),
-            "Everything below was computed all the same, and says little until the data are corrected.".to_owned(),
+            "Everything below was computed anyway, and says little until the data are corrected.".to_owned(),
         ),
         Verdict::NothingLeft if d.is_thin() => (
             "Too few samples to find anything".to_owned(),
-            "Nothing sticks out of these data, but hardly anything could: measure more postures.".to_owned(),
+            "Nothing is significant in these data, but hardly anything could be: measure more postures.".to_owned(),
         ),
         Verdict::NothingLeft => (
             "The residual is noise".to_owned(),
-            "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
+            "No effect of the catalogue is significant in these data. That does not prove accuracy where nothing was measured."
                 .to_owned(),
         ),
         Verdict::Identified => (format!("Missing in the model: {}", first_words()), physics()),

@@ -95,8 +95,8 @@ export function viewPanels(report, views, candidate) {
     const { joint, against, what, unit, x, bins, test } = view;
     const takes = candidate?.of_views_urad[report.residuals.views.indexOf(view)];
     const limit = roundUp(largest([...anglesUrad[joint - 1], ...(candidate?.angles_urad[joint - 1] ?? [])]));
-    const standsOut = test.p_family < 0.01 ? ` stands out: ${percent(test.explains)} of the squares` : "";
-    const host = chart(`Apparent error of joint ${joint} against ${what}.${standsOut}`, 215, (theme) =>
+    const significance = test.p_family < 0.01 ? ` is significant: ${percent(test.explains)} of the squares` : "";
+    const host = chart(`Apparent error of joint ${joint} against ${what}.${significance}`, 215, (theme) =>
       scatter(theme, {
         xName: SHORT_NAMES.find(([kind]) => against.startsWith(kind))?.[1] ?? `${against}, ${unit}`,
         yName: "apparent error, µrad",
@@ -108,7 +108,7 @@ export function viewPanels(report, views, candidate) {
         xAxis: against.startsWith("approach") ? { min: -1.5, max: 1.5, interval: 1 } : {},
       }),
     );
-    const heading = title(element("b", {}, `Joint ${joint}`), element("span", { class: "out" }, standsOut));
+    const heading = title(element("b", {}, `Joint ${joint}`), element("span", { class: "out" }, significance));
     return element("figure", {}, heading, host);
   };
   return several(readOff.map(panel));

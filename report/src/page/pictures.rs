@@ -45,7 +45,7 @@ impl CellPicture {
 }
 
 fn read_png(path: &Path) -> Result<Vec<u8>, FileError> {
-    let wrong = |problem: String| FileError::whole(path, problem, "draw it anew with `calibench run --render`, or remove it");
+    let wrong = |problem: String| FileError::whole(path, problem, "draw it again with `calibench run --render`, or remove it");
     let mut png = Vec::new();
     let file = open_file(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
     file.take(LONGEST + 1).read_to_end(&mut png).map_err(|e| wrong(format!("cannot be read: {e}")))?;
@@ -53,7 +53,7 @@ fn read_png(path: &Path) -> Result<Vec<u8>, FileError> {
         return Err(wrong(format!("is longer than {} MiB", LONGEST >> 20)));
     }
     if !png.starts_with(SIGNATURE) {
-        return Err(wrong("is no PNG picture".into()));
+        return Err(wrong("is not a PNG picture".into()));
     }
     Ok(png)
 }

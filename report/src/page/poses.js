@@ -29,7 +29,7 @@ export function byPose(report) {
   const told = [
     `${better} of ${of} are nearer to where they should be after the calibration`,
     worse ? `, ${worse} are farther` : "",
-    few ? "." : ". Each curve is sorted by itself: the error that so many of the poses do not exceed.",
+    few ? "." : ". Each curve is sorted separately: the error that so many of the poses do not exceed.",
     poses.length < it.of ? ` Of ${it.of} poses ${poses.length} are drawn, evenly.` : "",
   ];
   return [

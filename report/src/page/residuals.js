@@ -55,13 +55,13 @@ export function residuals(report) {
       "p",
       {},
       "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus " +
-        "reported, that would take up the most of a residual; samples in which it has less than a fifth of its " +
+        "reported, that would absorb most of a residual; samples in which it has less than a fifth of its " +
         "longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data.",
       samples.length < of ? ` Of ${of} samples ${samples.length} are drawn, evenly; means are of all.` : "",
     ),
     candidates.length > 1 && element("fieldset", {}, legend, candidates.map(option)),
     panels,
-    element("h3", {}, "What stands out, in words"),
+    element("h3", {}, "What is significant, in words"),
     list(comparison.sentences.map((text) => worded(report, text, mentioned))),
     unfold("The samples that fit worst", worst(comparison.worst.slice(0, 10))),
     unfold(`${all} as a table`, every(shown), true),
@@ -91,7 +91,7 @@ function fill(panels, report, candidate) {
     key(
       ["residual", "a sample"],
       ["mean", "mean of a bin or ball, one sigma"],
-      candidate && ["line", `what ${name} would take, mean of a bin`],
+      candidate && ["line", `explained by ${name}, mean of a bin`],
       candidate && ["diamond", "the same of a sample"],
     ),
     balls.length > 0 && [element("h3", {}, "By ball"), ballPanels(report, candidate, 215)],

@@ -1,5 +1,5 @@
 // @ts-check
-// The picture that tells most.
+// The key residual plot.
 
 import { scatter } from "./charts.js";
 import { contributionChart } from "./contributions.js";
@@ -12,7 +12,7 @@ import { largest, pairs, roundUp } from "./scales.js";
 import { AXES, digits, millimetres } from "./text.js";
 
 const APPARENT =
-  "The apparent error is the turn of the joint, actual minus reported, that would take up the most of a sample's " +
+  "The apparent error is the turn of the joint, actual minus reported, that would absorb most of a sample's " +
   "residual.";
 
 /**
@@ -39,7 +39,7 @@ function ofCandidate(report, it, candidate) {
   const { views } = report.residuals;
   const name = named(report, candidate.effect);
   const leaves = left(report, candidate);
-  const marks = [/** @type {[string, string]} */ (["residual", "what the fit leaves"]), takenBy(name)];
+  const marks = [/** @type {[string, string]} */ (["residual", "residual"]), explainedBy(name)];
   if (it.kind === "phase" && candidate.phase) {
     const { joint, order, x_deg: xDeg } = candidate.phase;
     const within = `angle of joint ${joint} within a turn, deg`;
@@ -77,7 +77,7 @@ function ofCandidate(report, it, candidate) {
  * @param {string} name
  * @returns {[kind: string, text: string]}
  */
-const takenBy = (name) => ["diamond", `what ${name} would take of it`];
+const explainedBy = (name) => ["diamond", `explained by ${name}`];
 
 /**
  * @param {Report} report
@@ -86,7 +86,7 @@ const takenBy = (name) => ["diamond", `what ${name} would take of it`];
 function left(report, candidate) {
   const [after, before] = [candidate.rms_after_mm, report.figures.rms_mm].map(millimetres);
   const name = named(report, candidate.effect);
-  return `With ${name} in the model and all else fitted anew, ${after} of ${before} mm would be left.`;
+  return `With ${name} in the model and all else re-fitted, ${after} of ${before} mm would remain.`;
 }
 
 /**
@@ -105,7 +105,7 @@ function ofJoint(report, candidate, joint, x, xName, xAxis, bins) {
   const name = named(report, candidate.effect);
   const [left, takes] = [anglesUrad[joint - 1], candidate.angles_urad[joint - 1]];
   const limit = roundUp(1.05 * Math.max(largest(left), largest(takes)));
-  const what = `points of the residual and of what ${name} would take of it`;
+  const what = `points of the residual and of the part explained by ${name}`;
   return chart(`Apparent error of joint ${joint} against ${xName}: ${what}.`, 380, (theme) =>
     scatter(theme, {
       xName,
@@ -167,10 +167,10 @@ function agreement(report, candidate) {
   const points = AXES.flatMap((_, a) => ofAxis(a));
   const limit = roundUp(1.05 * largest(points.flatMap(([x, y]) => [x, y])));
   const corners = [-limit, limit].map((x) => [x, x]);
-  return chart(`What the fit leaves against what ${name} would take of it.`, 400, (theme) =>
+  return chart(`Residual against the part explained by ${name}.`, 400, (theme) =>
     scatter(theme, {
-      xName: `what ${name} would take, µm`,
-      yName: "what the fit leaves, µm",
+      xName: `explained by ${name}, µm`,
+      yName: "residual, µm",
       unit: "µm",
       limit,
       spacious: true,
@@ -184,7 +184,7 @@ function agreement(report, candidate) {
 /** @param {Report} report */
 function contributions(report) {
   const told =
-    "No single effect sticks out. This is to what the residual goes when the whole catalogue is fitted at once, each " +
+    "No single effect is significant. This is how the residual divides when the whole catalogue is fitted at once, each " +
     "effect held to its plausible size.";
   return [figure(contributionChart(report, report.diagnosis.contributions.slice(0, 12)), told)];
 }
@@ -251,7 +251,7 @@ function samples(report, sample, candidate) {
   const disagrees = residuals.samples.some((s) => s.id === sample);
   const told = disagrees
     ? `${sample} disagrees with all others. ${candidate && left(report, candidate)}`
-    : "Every sample against what noise alone would leave. A residual as small as its noise is no proof of accuracy " +
+    : "Every sample against what noise alone would leave. A residual as small as its noise does not prove accuracy " +
       "where nothing was measured.";
   return [figure(host, told)];
 }

@@ -46,7 +46,7 @@ export function pairedChart({ names: [a, b] }, p) {
   const told =
     `One mark a pose that was not fitted: under the line ${b} is nearer. ` +
     `That is so at ${p.better_at} of ${p.poses} poses.${chosen}`;
-  const sorted = "Each curve is sorted by itself: the error that so many of the poses do not exceed.";
+  const sorted = "Each curve is sorted separately: the error that so many of the poses do not exceed.";
   return element("div", { class: "pair" }, figure(poseByPose, told), figure(shares([a, b], p, scale), sorted));
 }
 

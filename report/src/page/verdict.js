@@ -21,7 +21,7 @@ export function verdict(report) {
       ),
     element("p", { class: "means" }, said.means),
     report.misfit && element("p", { class: "warning" }, report.misfit),
-    question && element("p", { class: "quiet" }, `Asked: ${question}`),
+    question && element("p", { class: "quiet" }, `Question: ${question}`),
     element("dl", { class: "figures" }, tiles(report)),
     said.symptoms.length > 0 && flags(report, said.symptoms),
     figures.disagreement && element("p", { class: "warning" }, sentence(figures.disagreement)),

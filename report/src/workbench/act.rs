@@ -174,7 +174,7 @@ impl Bench {
         }
         let _alone = self.act();
         let here = self.here();
-        let next = Moment::new(chosen, here.switches.begun_anew(), None);
+        let next = Moment::new(chosen, here.switches.reset(), None);
         self.fit(&next)?;
         self.arrive(next.clone(), History::go_on);
         Ok(self.moved(&next))

@@ -37,7 +37,7 @@ pub enum Unanswered {
     #[error("there is nothing at this address")]
     Unknown,
     /// The body is not what the question needs.
-    #[error("this is not what is asked here: {0}")]
+    #[error("this is not a valid request: {0}")]
     Malformed(#[from] serde_json::Error),
     /// The question was about a model that is not the present one any longer. Not a mistake, and the page need not be told: it
     /// has requested the new model already.

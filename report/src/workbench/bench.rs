@@ -260,7 +260,7 @@ impl Bench {
     pub fn candidate(&self, effect: &str) -> Result<Value, Refusal> {
         let judged = self.judged()?;
         if !judged.page_model.candidates().iter().any(|c| c == effect) {
-            return Err(Refusal::field("effect", format!("'{effect}' is no candidate of this diagnosis")));
+            return Err(Refusal::field("effect", format!("'{effect}' is not a candidate of this diagnosis")));
         }
         {
             let mut state = self.state();

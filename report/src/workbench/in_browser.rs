@@ -32,7 +32,7 @@ pub fn page_in_browser(module: &Path) -> Result<String, FileError> {
     let remedy = "`web/build` makes it, with this program's own version";
     let bytes = read_bytes(module).map_err(|e| FileError::whole(module, format!("cannot be read: {e}"), remedy))?;
     if !bytes.starts_with(GZIP) {
-        return Err(FileError::whole(module, "is no gzip file", remedy));
+        return Err(FileError::whole(module, "is not a gzip file", remedy));
     }
     let script = page_script(OPENING, &[MODULES, OWN].concat());
     let policy = format!(

@@ -33,7 +33,7 @@ pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<O
     }
     let unit = Unit::from_symbol(&draft.unit.trim().replace('*', "·")).ok_or_else(|| {
         let known = Unit::ALL.map(|u| u.symbol);
-        Refusal::field("unit", format!("'{}' is no unit known here; {}", draft.unit, name_remedy(&draft.unit, &known)))
+        Refusal::field("unit", format!("'{}' is not a known unit; {}", draft.unit, name_remedy(&draft.unit, &known)))
     })?;
     let name = draft.name.trim();
     if model.effects.iter().any(|e| e == name) || model.own.iter().any(|e| e.name == name) {

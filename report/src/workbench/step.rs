@@ -59,7 +59,7 @@ impl Wanted {
             return match (joint, Variable::parse(variable, &dataset.robot)) {
                 (Some(joint), Some(variable)) => Ok(Wanted::Curve { joint: joint - 1, variable }),
                 _ => Err(wrong(format!(
-                    "effect '{id}' is no curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"
+                    "effect '{id}' is not a curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"
                 ))),
             };
         }

@@ -84,10 +84,10 @@ impl Switches {
     }
 
     /// The same with the effects of the initial model on, and no others.
-    pub fn begun_anew(&self) -> Self {
-        let mut anew = self.clone();
-        anew.all.iter_mut().for_each(|s| s.on = s.initial);
-        anew
+    pub fn reset(&self) -> Self {
+        let mut initial = self.clone();
+        initial.all.iter_mut().for_each(|s| s.on = s.initial);
+        initial
     }
 
     /// The same with the effects `added` of `wider` on as well, each as that model has it; a single one was requested as
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(both.turned(a, false).model(), add(&begin, b).model());
         // Off and on again, one of the initial model is where it was.
         assert_eq!(both.turned("mdh", false).turned("mdh", true).model(), both.model());
-        assert_eq!(both.begun_anew().model(), Model::paper());
+        assert_eq!(both.reset().model(), Model::paper());
         assert_eq!(both.changed_from(&begin), [vec![a.to_owned(), b.to_owned()], Vec::new()]);
     }
 }

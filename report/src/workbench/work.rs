@@ -133,7 +133,7 @@ impl Bench {
         for (effect, result) in effects.iter().zip(fitted) {
             match (result, &mut set.views) {
                 (Ok(Some(candidate)), Some(Ok(views))) => views.keep(candidate, page_model),
-                (Ok(_), _) => set.not_fitted.push((effect.clone(), format!("'{effect}' is no candidate of this diagnosis"))),
+                (Ok(_), _) => set.not_fitted.push((effect.clone(), format!("'{effect}' is not a candidate of this diagnosis"))),
                 (Err(because), _) => set.not_fitted.push((effect.clone(), because)),
             }
         }
@@ -149,5 +149,5 @@ fn computed<T>(compute: impl FnOnce() -> Result<T, IdentifyError>) -> Result<T, 
 }
 
 fn panicked() -> String {
-    "this cannot be computed; switch back, or save and open it anew".to_owned()
+    "this cannot be computed; switch back, or save and open it again".to_owned()
 }

@@ -34,7 +34,7 @@ const offer = (select, options) =>
 function withoutError() {
   for (const text of document.querySelectorAll("#open .error")) text.textContent = "";
   for (const guessed of document.querySelectorAll("#open .guessed")) guessed.remove();
-  byId("all-the-same").hidden = true;
+  byId("continue-anyway").hidden = true;
   byId("files").removeAttribute("aria-invalid");
 }
 
@@ -86,7 +86,7 @@ function refuse(error, errorAt) {
   // What was guessed of a table that is refused: the map can be corrected, and dropped beside it.
   if (guess) byId(errorAt).after(element("div", { class: "guessed" }, toldGuess(guess)));
   if (errorAt === "open-error" && !error.cancelled) byId("files").setAttribute("aria-invalid", "true");
-  byId("all-the-same").hidden = error.field !== "misfit";
+  byId("continue-anyway").hidden = error.field !== "misfit";
   if (error.field === "robot") byId("robot").focus();
 }
 
@@ -164,7 +164,7 @@ function wire() {
     event.preventDefault();
     openFiles();
   });
-  byId("all-the-same").addEventListener("click", () => {
+  byId("continue-anyway").addEventListener("click", () => {
     const { refused } = opening;
     if (refused) opens("open", { ...refused.body, force: true }, refused.files, "open-error");
   });
@@ -183,7 +183,7 @@ function begin({ robots, hidden, sizes }) {
   );
   offer(byId("hidden"), [
     ...hidden.map((h) => /** @type {[string, string]} */ ([h.effect, capital(h.words)])),
-    ["any", "Something, not told"],
+    ["any", "Something, not disclosed"],
     ["", "Nothing beyond what every robot has"],
   ]);
   offer(

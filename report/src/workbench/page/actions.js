@@ -77,13 +77,13 @@ export function withoutMistakes() {
 const listed = (words) => (words.length > 3 ? `${words.length} effects` : words.join(" and "));
 
 /**
- * A switch that was turned, or refused: then it can be turned all the same.
+ * A switch that was turned, or refused: then it can be turned anyway.
  * @param {Answer} told
  * @param {() => void} again
  */
 function turned(told, again) {
   const { accepted, added, removed, objections, before, after, tookMs } = told;
-  if (added.length + removed.length === 0) return "This is so already.";
+  if (added.length + removed.length === 0) return "No change.";
   const both = [added.length && `on ${listed(added)}`, removed.length && `off ${listed(removed)}`];
   const said = both.filter(Boolean).join(" and ");
   if (accepted) {
@@ -92,7 +92,7 @@ function turned(told, again) {
     return `Switched ${said} in ${seconds(tookMs)}: ${name} ${from} to ${to} mm.`;
   }
   const notice = byId("refused");
-  const force = element("button", { type: "button" }, "Switch it on all the same");
+  const force = element("button", { type: "button" }, "Switch on anyway");
   force.addEventListener("click", again);
   notice.replaceChildren(element("p", {}, `Against switching ${said}: ${objections.join("; ")}.`), force);
   notice.hidden = false;
@@ -124,8 +124,8 @@ export function recommend() {
   withoutMistakes();
   /** @param {Answer} told */
   const after = ({ added, advice, tookMs }) =>
-    `${added.length ? "Taken" : "Nothing to add"} (${seconds(tookMs)}). ${advice}`;
-  const before = "Climbing the ladder, and holding its steps against the error curves of all joints …";
+    `${added.length ? "Applied" : "Nothing to add"} (${seconds(tookMs)}). ${advice}`;
+  const before = "Running the ladder, and comparing its steps with the error curves of all joints …";
   return act(before, "recommend", {}, after);
 }
 

@@ -27,15 +27,15 @@ export function startBench(backend) {
 function wire(backend) {
   byId("undo").addEventListener("click", () => {
     withoutMistakes();
-    act("Taking the last step back …", "undo", {}, ({ tookMs }) => `Taken back in ${seconds(tookMs)}.`);
+    act("Undoing the last step …", "undo", {}, ({ tookMs }) => `Undone in ${seconds(tookMs)}.`);
   });
   byId("redo").addEventListener("click", () => {
     withoutMistakes();
-    act("Taking the step again …", "redo", {}, ({ tookMs }) => `Taken again in ${seconds(tookMs)}.`);
+    act("Redoing the step …", "redo", {}, ({ tookMs }) => `Redone in ${seconds(tookMs)}.`);
   });
   byId("recommend").addEventListener("click", recommend);
   byId("next").addEventListener("click", () =>
-    act("Looking for the measurements that would tell most …", "next", {}, proposed),
+    act("Looking for the most informative measurements …", "next", {}, proposed),
   );
   byId("cancel").addEventListener("click", () => backend.cancel());
   for (const what of SAVES) {
@@ -59,7 +59,7 @@ function wire(backend) {
     withoutMistakes();
     const datasets = new FormData(byId("choice")).getAll("dataset");
     /** @param {Answer} told */
-    const after = ({ tookMs }) => `Begun anew in ${seconds(tookMs)}.`;
+    const after = ({ tookMs }) => `Reloaded in ${seconds(tookMs)}.`;
     act("Fitting …", "choose", { datasets }, after, (error) => {
       byId("datasets-error").textContent = error.message;
     });

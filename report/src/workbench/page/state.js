@@ -60,7 +60,7 @@ export function given(part) {
 export async function ask(what, body) {
   const told = await given(bench.backend).ask(what, body);
   // Asked too late: whoever switched asks for the new model.
-  if (told.changed) throw new Error("The model was changed in another page; load this one anew.");
+  if (told.changed) throw new Error("The model was changed in another page; reload this one.");
   return told;
 }
 
