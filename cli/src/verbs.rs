@@ -88,7 +88,7 @@ enum Verb {
     Identify(identify::Arguments),
     /// Judge a calibration on unseen poses
     Validate(validate::Arguments),
-    /// Tell by a few poses measured again whether a calibration still holds, and what has changed if not; or choose those poses
+    /// Check by a few poses measured again whether a calibration still holds, and what has changed if not; or choose those poses
     Check(check::Arguments),
     /// Find the effect missing from the model
     Diagnose(diagnose::Arguments),
@@ -98,7 +98,7 @@ enum Verb {
     Ladder(ladder::Arguments),
     /// Propose the extra measurements that best separate the rival effects or most reduce the predicted error
     Next(next::Arguments),
-    /// Repeat the whole procedure with every error drawn anew: the spread of its results, at one point or along a sweep
+    /// Repeat the whole procedure with every error sampled again: the spread of its results, at one point or along a sweep
     Study(study::Arguments),
     /// Place the balls of an artifact: smallest worst-case uncertainty over the workspace, against size and weight
     Design(design::Arguments),
@@ -108,7 +108,7 @@ enum Verb {
     Precision(precision::Arguments),
     /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
     Repeatability(repeatability::Arguments),
-    /// Tell what the data can show, by injecting every effect and looking for it; or test the advice on postures left out
+    /// Show what the data can reveal, by injecting every effect and looking for it; or test the advice on postures left out
     Prove(prove::Arguments),
     /// Run blind trials of the diagnosis against the ground truth
     Suite(suite::Arguments),
@@ -254,5 +254,5 @@ fn misuse(error: &clap::Error) -> String {
     // The paragraphs after the first show the usage, for which --help is better; tips and lists of values are kept.
     let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
     let lines: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
-    format!("{}; `calibench --help` and `calibench VERB --help` tell more", lines.join(" ").trim_start_matches("error: "))
+    format!("{}; `calibench --help` and `calibench VERB --help` say more", lines.join(" ").trim_start_matches("error: "))
 }

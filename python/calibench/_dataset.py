@@ -64,7 +64,7 @@ class Dataset(Table, os.PathLike[str]):
     def read(cls, folder: StrPath) -> "Dataset":
         """The dataset in a folder, which stays where it is."""
         if not (Path(folder) / "dataset.toml").is_file():
-            raise InputError(f"{os.fspath(folder)}: is no dataset; a dataset is a folder with dataset.toml and samples.csv")
+            raise InputError(f"{os.fspath(folder)}: is not a dataset; a dataset is a folder with dataset.toml and samples.csv")
         return cls(folder)
 
     @classmethod
@@ -129,7 +129,7 @@ class Dataset(Table, os.PathLike[str]):
             force: go on if the data do not fit the robot.
 
         Raises:
-            InputError: a value that is no number, with its row and column; or data that do not fit the robot, with the mistake that would explain it.
+            InputError: a value that is not a number, with its row and column; or data that do not fit the robot, with the mistake that would explain it.
         """
         groups: list[tuple[str, Sequence[str], Sequence[str | None]]] = [
             ("q", joints, _joint_units(angles, joints)),
@@ -216,7 +216,7 @@ _TEXTS = {"id", "kind", "set", "session", "ball", "target", "anchor", "payload",
 def _unit(argument: str, given: str | None, names: Sequence[str], known: Mapping[str, str]) -> str:
     if given is not None:
         if given not in known:
-            raise InputError(f"{argument}: '{given}' is no unit here; give one of {', '.join(known)}")
+            raise InputError(f"{argument}: '{given}' is not a unit here; give one of {', '.join(known)}")
         return known[given]
     ends = {name.rsplit("_", 1)[-1] for name in names}
     if len(ends) == 1 and (end := ends.pop()) in known:
@@ -271,14 +271,14 @@ def _column(frame: Any, name: str, is_number: bool) -> NDArray[Any]:
         numbers = np.empty(len(values))
         for row, value in enumerate(values):
             if isinstance(value, (bool, str, bytes)) or value is None:
-                raise InputError(f"row {row}, column '{name}': {value!r} is no number")
+                raise InputError(f"row {row}, column '{name}': {value!r} is not a number")
             try:
                 numbers[row] = float(value)
             except (TypeError, ValueError) as e:
-                raise InputError(f"row {row}, column '{name}': {value!r} is no number") from e
+                raise InputError(f"row {row}, column '{name}': {value!r} is not a number") from e
     bad = np.flatnonzero(~np.isfinite(numbers))
     if bad.size:
-        raise InputError(f"row {int(bad[0])}, column '{name}': {numbers[bad[0]]} is no finite number; leave the row out")
+        raise InputError(f"row {int(bad[0])}, column '{name}': {numbers[bad[0]]} is not a finite number; leave the row out")
     return numbers
 
 

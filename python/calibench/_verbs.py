@@ -137,7 +137,7 @@ def run(scenario: StrPath, *, seed: int | None = None, out: StrPath | None = Non
 
 
 def study(scenario: StrPath, *, trials: int, first: int = 0, seed: int | None = None, method: str = "both", diagnose: bool = False) -> Study:
-    """Repeats the whole procedure with every error drawn anew."""
+    """Repeats the whole procedure with every error sampled again."""
     folder, keep = _room()
     of_seed: list[StrPath] = [f"--seed={seed}"] if seed is not None else []
     arguments: list[StrPath] = ["study", scenario, f"--trials={trials}", f"--first={first}", f"--method={method}", *of_seed, *(["--diagnose"] if diagnose else [])]

@@ -45,7 +45,7 @@ def test_every_kind_of_frame_is_the_same(measured: pd.DataFrame, tmp_path: Path)
     assert len(cb.Dataset.read(kept.folder).frame()) == 60
     with pytest.raises(cb.InputError, match="is there already"):
         kept.write(tmp_path / "kept")
-    with pytest.raises(cb.InputError, match="is no dataset"):
+    with pytest.raises(cb.InputError, match="is not a dataset"):
         cb.Dataset.read(tmp_path)
 
 
@@ -114,12 +114,12 @@ def with_value(column: str, row: int, value: object) -> Damage:
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (with_value("joint_3", 17, "x"), "row 17, column 'joint_3': 'x' is no number"),
-        (with_value("joint_3", 4, None), "row 4, column 'joint_3': None is no number"),
-        (with_value("y", 5, float("nan")), "row 5, column 'y': nan is no finite number"),
-        (with_value("y", 6, float("inf")), "row 6, column 'y': inf is no finite number"),
-        (with_value("y", 7, True), "row 7, column 'y': True is no number"),
-        (with_value("y", 8, pd.NA), "row 8, column 'y': <NA> is no number"),
+        (with_value("joint_3", 17, "x"), "row 17, column 'joint_3': 'x' is not a number"),
+        (with_value("joint_3", 4, None), "row 4, column 'joint_3': None is not a number"),
+        (with_value("y", 5, float("nan")), "row 5, column 'y': nan is not a finite number"),
+        (with_value("y", 6, float("inf")), "row 6, column 'y': inf is not a finite number"),
+        (with_value("y", 7, True), "row 7, column 'y': True is not a number"),
+        (with_value("y", 8, pd.NA), "row 8, column 'y': <NA> is not a number"),
         (lambda f: f.drop(columns="z"), "there is no column 'z'; there are .*joint_1"),
         (lambda f: pl.from_pandas(f).drop("z"), "there is no column 'z'"),
         (lambda f: f.iloc[:0], "the frame has no rows"),
@@ -142,7 +142,7 @@ def test_arguments_that_cannot_be(measured: pd.DataFrame) -> None:
     few = measured.iloc[:60]
     for more, said in [
         ({"angles": None}, "angles: the unit of joint_1.* is not known; give angles='deg' or 'rad'"),
-        ({"angles": "gon"}, "angles: 'gon' is no unit here"),
+        ({"angles": "gon"}, "angles: 'gon' is not a unit here"),
         ({"points": ["x", "y"]}, "points: 2 columns"),
         ({"joints": JOINTS[:5]}, "q6"),
         ({"robot": "ur55"}, "there is no robot `ur55`"),

@@ -248,7 +248,7 @@ fn noise_words(noise: &NoiseOf) -> String {
                 scatter.white / UM
             )
         }
-        _ => "Noise as stated; the campaign came back to too few of its poses to tell what the robot repeats.\n".into(),
+        _ => "Noise as stated; the campaign came back to too few of its poses to estimate the robot's repeatability.\n".into(),
     }
 }
 

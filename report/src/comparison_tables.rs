@@ -87,7 +87,7 @@ pub fn comparison_sentences(c: &Comparison, forecast: &Result<Forecast, NoForeca
 pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
     let mut out = String::new();
     out.push_str(
-        "A mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not take up (0: it took all).\n\
+        "A mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not absorb (0: it absorbed all).\n\
          p is the chance that a right model shows as much in any row of the table, against the noise and against the other residual.\n",
     );
     let mut section = |heading: &str, table: String| out.push_str(&format!("\n{heading}\n{table}\n"));
@@ -95,10 +95,10 @@ pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) 
         section("BY BALL (artifact): residual, ball minus TCP, world axes", balls(c));
     }
     section("IN THE TOOL'S AXES (gauge): mean residual", tool(c));
-    section("IN THE WORLD (base): the motion of the base that would best take the residuals away", world(c));
+    section("IN THE WORLD (base): the motion of the base that would best remove the residuals", world(c));
     section("PROJECTED TO THE JOINTS (arm): apparent angle error, actual minus reported; is the curve flat?", curves(c));
     if !c.fit_relation.fitted {
-        section("MEANS OF THE JOINTS (arm): apparent angle error wherever the joint stands", offsets(c));
+        section("MEANS OF THE JOINTS (arm): apparent angle error, mean over all angles", offsets(c));
     }
     section("WORST SAMPLES", worst(c));
     if let Ok(forecast) = forecast {

@@ -32,7 +32,7 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
         .collect();
     out.push_str(match (rows.is_empty(), d.verdict.is_noise()) {
         (true, _) => "NO CANDIDATES\n",
-        (false, true) => "CANDIDATES, none of which stands out\n",
+        (false, true) => "CANDIDATES, none of which is significant\n",
         (false, false) => "CANDIDATES, the best first\n",
     });
     out.push_str(&plain_table(

@@ -137,10 +137,10 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             d.residuals - d.dof
         )),
         Verdict::DataDoNotFit => all.push(format!(
-            "{word}: data do not fit. What the model leaves is no noise: correct the data, and diagnose again."
+            "{word}: data do not fit. What the model leaves is not noise: correct the data, and diagnose again."
         )),
         Verdict::NothingLeft | Verdict::SuspectSamples => all.push(format!(
-            "{word}: nothing left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
+            "{word}: nothing left. What remains is noise; no effect of the catalogue is significant. That does not prove accuracy elsewhere: measure where the robot is to work."
         )),
         Verdict::NoiseLargerThanStated => all.push(format!(
             "{word}: noise larger than stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
@@ -209,7 +209,7 @@ fn suspects(d: &Diagnosis) -> Option<String> {
     d.scatter.suspects.first()?;
     let (is, it) = if d.scatter.suspects.len() == 1 { ("disagrees", "it") } else { ("disagree", "they") };
     Some(format!(
-        "Verdict: suspect samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows.",
+        "Verdict: suspect samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Excluded from all that follows.",
         suspects_named(&d.scatter.suspects)
     ))
 }
@@ -227,7 +227,7 @@ fn outlier(d: &Diagnosis) -> Option<String> {
         )
     } else {
         format!(
-            "Look at sample {sample}: it disagrees with the others ({}), by itself or because what is missing shows most there.",
+            "Look at sample {sample}: it disagrees with the others ({}), either alone or because what is missing shows most there.",
             sizes(f)
         )
     })
@@ -299,7 +299,7 @@ fn saw_means_do(f: &Finding) -> Vec<String> {
 fn same_to_the_data(f: &Finding) -> String {
     // Ball data cannot separate a displaced ball from a displaced nest.
     let nest = match EffectId::new(&f.hypothesis.in_model).family() {
-        "ball" => "; to these data it is the same whether the ball is off or its nest",
+        "ball" => "; these data cannot distinguish an error of the ball from one of its nest",
         _ => "",
     };
     format!("{nest}{}", same_words(f).map_or(String::new(), |same| format!("; {same}")))
@@ -335,7 +335,7 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
                 cell.joint + 1
             ));
             all.push(format!(
-                "Do: look at that shape for the cause; {} fits it as an effect of your own, and judges it.",
+                "Do: look at that shape for the cause; {} fits it as a user-defined effect, and judges it.",
                 commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
             ));
             all

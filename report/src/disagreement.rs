@@ -33,7 +33,7 @@ fn between(measured: &Validation, expected: &WorkspaceError, outside: usize) -> 
         };
         format!(
             "Larger:{there} The set-up of these rows is another than that of the fit (base, tool, load, temperature), or the model \
-             lacks an effect that the fitted rows hardly show. `calibench compare CALIBRATION DATASET --validation` tells by its \
+             lacks an effect that the fitted rows hardly show. `calibench compare CALIBRATION DATASET --validation` shows by its \
              views whether base, tool or a joint is off."
         )
     } else if measured.mean + reach < low {

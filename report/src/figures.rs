@@ -55,7 +55,7 @@ pub const NOT_FITTED: Figure = Figure {
 /// Position error to expect over the workspace.
 pub const WORKSPACE: Figure = Figure {
     name: "expected over the workspace",
-    meaning: "the position error to expect at postures all over the workspace, drawn from everything that the data leave possible; without the instrument's noise",
+    meaning: "the position error to expect at postures all over the workspace, sampled from everything that the data leave possible; without the instrument's noise",
     verbs: &["validate", "compare", "diagnose", "add", "ladder"],
     keys: &["workspace"],
     function: path!(calibench::prediction::WorkspaceError::predict),

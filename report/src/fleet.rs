@@ -8,9 +8,9 @@ use super::tables::plain_rows;
 #[must_use]
 pub fn fleet_sentence(judged: &FleetJudged) -> String {
     let chance = if judged.chance < 1e-4 { "under 1e-4".to_owned() } else { format!("{:.2}", judged.chance) };
-    let taken = format!("chance {chance}, and {CONFLICT} is asked for");
+    let taken = format!("chance {chance}, and {CONFLICT} is required");
     match judged.used {
-        PriorUsed::Fleet => format!("The robot is like its fleet ({taken}): what that knows is taken into account."),
+        PriorUsed::Fleet => format!("The robot is like its fleet ({taken}): the fleet is taken into account."),
         PriorUsed::None => {
             format!("The robot is not like its fleet ({taken}): the fleet is not used, and the data speak alone.")
         }

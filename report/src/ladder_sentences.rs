@@ -48,9 +48,9 @@ pub fn gain_sentence(gain: &Gain) -> String {
     let (better, wanted) = match gain.lacks() {
         None => ("better".into(), String::new()),
         Some(Lack::Gain) => ("no better".into(), String::new()),
-        Some(Lack::Size { needed }) => ("hardly better".into(), format!("; more than {:.0} % wanted", 100.0 * needed)),
+        Some(Lack::Size { needed }) => ("hardly better".into(), format!("; more than {:.0} % required", 100.0 * needed)),
         Some(Lack::Significance { needed }) => {
-            ("better by no more than chance allows".into(), format!("; more than {needed:.1} wanted"))
+            ("better by no more than chance allows".into(), format!("; more than {needed:.1} required"))
         }
         Some(Lack::Tail { grows }) => {
             (format!("better on the whole, but the largest errors grow by {:.0} %", 100.0 * grows), String::new())
@@ -114,7 +114,7 @@ pub(super) fn added_words(added: &[String]) -> String {
     let samples = added.iter().filter(|effect| effects::catalogue::set_aside_by(effect).is_some()).count();
     match added {
         few if few.len() <= 3 => few.join(" + "),
-        many if samples == many.len() => format!("{samples} samples set aside"),
+        many if samples == many.len() => format!("{samples} samples excluded"),
         many => format!("{} effects at once", many.len()),
     }
 }
@@ -224,7 +224,7 @@ pub fn advice(ladder: &Ladder) -> String {
     let what = what_to_use(ladder);
     let aside = match ladder.recommendation.aside.as_slice() {
         [] => String::new(),
-        ids => format!(" Set aside as disagreeing with all others: {}.", ids.join(", ")),
+        ids => format!(" Excluded as disagreeing with all others: {}.", ids.join(", ")),
     };
     format!("Use {what}: {}.{aside}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
 }
@@ -259,7 +259,7 @@ pub fn choices_text(ladder: &Ladder) -> String {
     };
     let rows: Vec<[String; 5]> = ladder.recommendation.choices.iter().enumerate().map(row).collect();
     format!(
-        "{}\nOf those that convince and leave about as little as the best, the one with the smallest product of the error {} and what is left.",
+        "{}\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
         plain_table(&["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], &rows),
         WORKSPACE.name
     )

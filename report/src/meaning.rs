@@ -4,7 +4,7 @@ use calibench::effects::facts::Meaning;
 use calibench::effects::registry::family;
 
 /// Description of an effect that belongs to no family.
-const OWN: &str = "an effect of your own";
+const OWN: &str = "a user-defined effect";
 
 /// The meaning of an effect's family; for a user-defined effect, only that it is one.
 pub(super) fn meaning(effect: &str) -> Meaning {

@@ -47,7 +47,7 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
         Cause::Base => {
             let names: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
             format!(
-                "These data do not fit this robot as it is said to stand: the base found from them is not where it is stated, and {} puts it there ({}). Correct the data or the base, or go on with --force.",
+                "These data do not fit this robot with the base as stated: the base found from them is not where it is stated, and {} puts it there ({}). Correct the data or the base, or go on with --force.",
                 slips.first().map_or("", |s| s.words.as_str()),
                 names.join(" or ")
             )

@@ -18,7 +18,7 @@ const MOST_REFUSED: usize = 3;
 pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let next = match advice.to_do {
         ToDo::Unknown => return Vec::new(),
-        ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; from so few nothing can be told.".to_owned(),
+        ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few can show nothing.".to_owned(),
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);
@@ -30,7 +30,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
                     format!("Next: {command}: with {}, postures that were not fitted are predicted better.", called(one))
                 }
                 several => format!(
-                    "Next: {command} sets the first of {} samples aside that disagree with all others; the ladder begins with all of them.",
+                    "Next: {command} excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
                     several.len()
                 ),
             }

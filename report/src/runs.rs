@@ -49,7 +49,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
     if let Some(run) = difference.set_up_of {
         if difference.effect == "payload_mass" {
             return format!(
-                "The payload of {} differs from what was entered by {} ({test}), if that of the other runs is right. That is no part of the robot: weigh it, and enter its mass.",
+                "The payload of {} differs from what was entered by {} ({test}), if that of the other runs is right. That is not part of the robot: weigh it, and enter its mass.",
                 runs[run],
                 difference.parameters.iter().map(size).collect::<Vec<_>>().join(", ")
             );
@@ -60,7 +60,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
             other => called(other),
         };
         return format!(
-            "{what} of {} is not where it is stated to be: {amounts} ({test}). That is no part of the robot: measure it again, or state it `free`.",
+            "{what} of {} is not where it is stated to be: {amounts} ({test}). That is not part of the robot: measure it again, or state it `free`.",
             runs[run]
         );
     }
@@ -93,7 +93,7 @@ pub fn runs_answer(c: &RunsComparison) -> String {
 
 fn verdict_sentence(c: &RunsComparison) -> String {
     let warmer = c.warmer.map(|apart| {
-        format!("the mean temperatures of these runs differ by {apart:.1} K, and no effect of the model knows of it")
+        format!("the mean temperatures of these runs differ by {apart:.1} K, and no effect of the model depends on it")
     });
     match c.verdict {
         RunsVerdict::OneGeometry => format!("One geometry explains all runs ({}).", test_words(&c.after)),
@@ -193,7 +193,7 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
     if let [Some(plain), Some(curved)] = c.left_out {
         let best = if c.curves { "with the error curves" } else { "with the model alone" };
         out.push_str(&format!(
-            "Every run predicted by the robot of the others: {:.3} mm rms, {:.3} mm with error curves of all joints. The robot is best taken {best}.\n",
+            "Every run predicted by the robot of the others: {:.3} mm rms, {:.3} mm with error curves of all joints. The best prediction is {best}.\n",
             plain / MM,
             curved / MM
         ));

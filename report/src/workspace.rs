@@ -36,7 +36,7 @@ impl Forecast {
             PoseSource::Validation => format!("the {count} validation poses"),
             PoseSource::Drawn => {
                 format!(
-                    "{count} poses drawn uniformly within the joint limits, clear of the robot itself (no validation rows name better ones)"
+                    "{count} poses sampled uniformly within the joint limits, clear of the robot itself (no validation rows name better ones)"
                 )
             }
         }
@@ -45,7 +45,7 @@ impl Forecast {
     /// The prediction in a sentence.
     pub fn sentence(&self) -> String {
         format!(
-            "{}: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md tells how far to trust them); at {}.",
+            "{}: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md says how far to trust them); at {}.",
             capital(WORKSPACE.name),
             banded(&self.error.mean),
             banded(&self.error.max),

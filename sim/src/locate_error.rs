@@ -33,13 +33,13 @@ impl Scenario {
                 self.wrong("solid", error.to_string(), remedy)
             }
             PlanError::Pool(PoolError::NoFreePose { .. }) | PlanError::TooFewFree { .. } => {
-                let remedy = "move the tracker, widen tracker.facing_deg, clear the cell, or ask for fewer poses";
+                let remedy = "move the tracker, widen tracker.facing_deg, clear the cell, or request fewer poses";
                 self.wrong("tracker", error.to_string(), remedy)
             }
             PlanError::Selection(SelectionError::TooFewCandidates { group, requested, available })
                 if poses == "plan.poses_per_ball" =>
             {
-                let problem = format!("{available} postures were found that can probe it, where {requested} are wanted");
+                let problem = format!("{available} postures were found that can probe it, where {requested} are required");
                 self.wrong(&ball(*group), problem, "give it more room, or lower plan.poses_per_ball")
             }
             PlanError::Selection(SelectionError::TooFewCandidates { .. } | SelectionError::TooFewPoses { .. }) => {

@@ -28,7 +28,7 @@ pub fn plant(scenario: &Scenario, streams: &Streams, parts: &Parts, session_s: f
         }
         PlantKind::Analytic => Err(PlantError::Unsuited {
             key: "truth.mujoco".into(),
-            problem: "is what only the MuJoCo plant can play".into(),
+            problem: "can be simulated by the MuJoCo plant alone".into(),
             remedy: "run it with --plant mujoco, or write plant = \"mujoco\"".into(),
         }),
         PlantKind::Mujoco => mujoco(scenario, streams, parts),

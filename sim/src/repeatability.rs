@@ -30,7 +30,7 @@ pub enum RepeatabilityError {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// A ball has fewer feasible postures than requested.
-    #[error("{found} feasible postures were found on ball {ball}, {wanted} are wanted")]
+    #[error("{found} feasible postures were found on ball {ball}, {wanted} are required")]
     TooFewPostures {
         /// Name of the ball.
         ball: String,

@@ -53,7 +53,7 @@ impl<M: Manipulator> Guarded<M> {
     ) -> Result<(), ManipulatorError> {
         let time_s = self.robot.clock_s();
         let done = if self.stop.is_made() {
-            Err(ManipulatorError::Stopped { reason: "a stop was asked for".into() })
+            Err(ManipulatorError::Stopped { reason: "a stop was requested".into() })
         } else {
             act(&mut self.robot, &self.guards)
         };

@@ -27,7 +27,7 @@ pub enum Motion {
 #[non_exhaustive]
 pub enum KrlError {
     /// The name is not valid in KRL.
-    #[error("'{name}' is no name of a KRL module: {problem}; use a letter, then letters, digits and `_`, 24 at most")]
+    #[error("'{name}' is not a name for a KRL module: {problem}; use a letter, then letters, digits and `_`, 24 at most")]
     Name {
         /// As given.
         name: String,
@@ -143,7 +143,7 @@ fn check_name(name: &str) -> Result<(), &'static str> {
         return Err("it does not begin with a letter");
     }
     if name.chars().any(|c| !c.is_ascii_alphanumeric() && c != '_') {
-        return Err("it holds something else than letters, digits and `_`");
+        return Err("it holds something other than letters, digits and `_`");
     }
     if name.len() > LONGEST_NAME {
         return Err("it is too long");

@@ -14,7 +14,7 @@ pub enum Refusal {
         joint: Option<usize>,
     },
     /// It can be reached, but not with the requested status and turn.
-    #[error("no posture inside the limits has the status and turn asked for")]
+    #[error("no posture inside the limits has the status and turn requested")]
     NoSuchConfiguration,
     /// Compensation would change the arm's configuration, or turn a joint far round.
     #[error("compensated, the arm would stand in another configuration")]

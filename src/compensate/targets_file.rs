@@ -92,7 +92,7 @@ impl Header {
         let mut seen = HashSet::new();
         for name in &names {
             if !seen.insert(name) {
-                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+                return Err(error(name, "appears twice in the header".into(), "keep one of them".into()));
             }
             if let Some((problem, remedy)) = of_other_kind(name, expected.robot) {
                 return Err(error(name, problem, remedy));
@@ -197,9 +197,11 @@ impl<'a> Row<'a> {
         let Some(text) = self.text(column) else { return Ok(None) };
         match text.parse::<u8>() {
             Ok(bits) if bits <= most => Ok(Some(bits)),
-            _ => {
-                Err(self.error(column, format!("`{text}` is no such number"), &format!("give a whole number from 0 to {most}")))
-            }
+            _ => Err(self.error(
+                column,
+                format!("`{text}` is not such a number"),
+                &format!("give a whole number from 0 to {most}"),
+            )),
         }
     }
 

@@ -44,7 +44,7 @@ impl Default for Task {
 pub enum TaskError {
     /// It contains the robot alone.
     #[error(
-        "the calibration names no set-up, so neither a tool nor a load is known; identify the robot again, and write the calibration anew"
+        "the calibration names no set-up, so neither a tool nor a load is known; identify the robot again, and write the calibration again"
     )]
     NoSetup,
     /// Several set-ups, none chosen.

@@ -74,7 +74,7 @@ impl<'t> CsvRow<'t> {
             "" => Ok(None),
             text => match text.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(Some(value)),
-                _ => Err(self.wrong(column, format!("'{text}' is no finite number"))),
+                _ => Err(self.wrong(column, format!("'{text}' is not a finite number"))),
             },
         }
     }

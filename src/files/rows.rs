@@ -73,7 +73,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
                 continue;
             }
             if text.contains(&0) {
-                return Err(self.error(line, "is no text: it holds NUL bytes", "save the file as UTF-8"));
+                return Err(self.error(line, "is not text: it holds NUL bytes", "save the file as UTF-8"));
             }
             let fields = fields(text, self.delimiter).map_err(|e| match e.kind() {
                 csv::ErrorKind::Utf8 { .. } => self.error(line, "is not UTF-8 text", "save the file as UTF-8"),

@@ -32,7 +32,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
         let line = 1 + text[..at].matches('\n').count();
         return Err(FileError {
             line: Some(line),
-            ..FileError::whole(path, "is no text: it holds NUL bytes", "save it as UTF-8")
+            ..FileError::whole(path, "is not text: it holds NUL bytes", "save it as UTF-8")
         });
     }
     if text.trim().is_empty() {

@@ -56,7 +56,7 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
         let key = format!("width.{id:?}");
         if !effects.contains(id) {
             let remedy = "name an effect of the list `effects`";
-            return Err(field_error(path, &text, &key, format!("'{id}' is no effect of this model"), remedy));
+            return Err(field_error(path, &text, &key, format!("'{id}' is not an effect of this model"), remedy));
         }
         if width.is_nan() || *width <= 0.0 {
             let remedy = "give a positive number of plausible sizes, or inf";

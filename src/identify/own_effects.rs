@@ -88,10 +88,10 @@ pub(crate) fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Resul
         // Keyboards have no raised dot, so `*` is accepted.
         let unit = Unit::from_symbol(&table.unit.replace('*', "·")).ok_or_else(|| {
             let known = Unit::ALL.map(|u| u.symbol);
-            wrong("unit", format!("'{}' is no unit known here", table.unit), name_remedy(&table.unit, &known))
+            wrong("unit", format!("'{}' is not a known unit", table.unit), name_remedy(&table.unit, &known))
         })?;
         if own.iter().any(|e| e.name == table.name) {
-            return Err(wrong("name", format!("'{}' stands twice", table.name), "name each effect differently".into()));
+            return Err(wrong("name", format!("'{}' appears twice", table.name), "name each effect differently".into()));
         }
         if !table.candidate && !fitted.contains(&table.name) {
             fitted.push(table.name.clone());

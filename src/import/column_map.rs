@@ -228,7 +228,7 @@ impl Origin<'_> {
             return Err(self.wrong(&key, problem, "remove it, or the column `target` and the other kind"));
         }
         if name.trim().is_empty() || name.contains(char::is_control) {
-            return Err(self.wrong(&key, "is no name", "give a plain name"));
+            return Err(self.wrong(&key, "is not a name", "give a plain name"));
         }
         let mapped = |k: usize, source: Source| {
             let key = format!("{key}.{}", ["x", "y", "z"][k]);
@@ -250,9 +250,11 @@ impl Origin<'_> {
             Some(_) if map.fills(Column::Time) => {
                 Err(self.wrong("rows.interval_s", "a column states the time too", "keep one of them"))
             }
-            Some(interval) if !(interval > 0.0 && interval <= 1e6) => {
-                Err(self.wrong("rows.interval_s", format!("{interval} s is no interval"), "give the seconds from row to row"))
-            }
+            Some(interval) if !(interval > 0.0 && interval <= 1e6) => Err(self.wrong(
+                "rows.interval_s",
+                format!("{interval} s is not an interval"),
+                "give the seconds from row to row",
+            )),
             _ => Ok(()),
         }
     }

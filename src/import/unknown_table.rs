@@ -214,7 +214,7 @@ fn delimiter(path: &Path) -> Result<u8, FileError> {
     found.ok_or_else(|| {
         FileError::whole(
             path,
-            "is no regular table: its lines have different numbers of fields",
+            "is not a regular table: its lines have different numbers of fields",
             "write a map by hand (docs/importing.md)",
         )
     })

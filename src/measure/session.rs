@@ -108,7 +108,7 @@ impl FirstMotion {
             }),
             (Whereabouts::Unknown, Some(ways)) => path_home(cell, ways, q, bodies),
             (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
-                let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
+                let words = "The plan contains no ways: nothing is known of what the arm may touch between its poses.";
                 Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()), is_off_a_ball: false })
             }
         }
@@ -134,7 +134,7 @@ fn path_home(cell: &Cell, ways: &HomeWays, q: &[f64], bodies: Option<&Surroundin
         Ok(way) => Ok(FirstMotion {
             way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
             station: ArmAt::Home,
-            words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
+            words: Some("The arm is on no motion of the plan: it first goes to the home posture.".into()),
             is_off_a_ball: false,
         }),
         Err(blocked) => Err(StartError::Blocked { blocked, home }),

@@ -126,7 +126,7 @@ pub enum CheckError {
     #[error("is the campaign itself, or mostly rows of it: the same joints with the same readings")]
     Itself,
     /// The noise is needed to tell a change from chance.
-    #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
+    #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to estimate it")]
     NoNoise,
     /// Nothing was measured.
     #[error("there are no samples to check")]

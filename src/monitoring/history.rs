@@ -169,7 +169,7 @@ impl History {
             return wrong("condition", problem.into(), "correct the verdict or the condition");
         }
         if entry.probability.is_some_and(|p| !(0.0..=1.0).contains(&p)) {
-            return wrong("probability", "is no probability".into(), "write a number from 0 to 1");
+            return wrong("probability", "is not a probability".into(), "write a number from 0 to 1");
         }
         None
     }
@@ -228,7 +228,7 @@ impl History {
         let copied = earlier.iter().zip(&read).find_map(|(entry, before)| Some((entry, rows_again(now, before)?)));
         if let (Some((entry, rows)), Some(last)) = (copied, self.check.last()) {
             let problem = format!("{rows} of its rows are also those of the check of {}", entry.on);
-            let remedy = "the same measurements are no second check: measure again";
+            let remedy = "the same measurements are not a second check: measure again";
             return Err(FileError::whole(&beside.join(&last.dataset).join("samples.csv"), problem, remedy));
         }
         let (name, _) = reference.campaign();
@@ -244,7 +244,7 @@ impl History {
 pub fn day(text: &str) -> Result<String, String> {
     let parsed =
         text.parse::<toml::value::Datetime>().ok().filter(|d| d.date.is_some() && d.time.is_none() && d.offset.is_none());
-    parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is no day; write it as 2026-11-24"))
+    parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is not a date; write it as 2026-11-24"))
 }
 
 /// As [`day`], for a day that has come somewhere on earth: tomorrow in UTC is allowed.

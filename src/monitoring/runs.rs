@@ -59,7 +59,7 @@ pub enum RunsError {
     #[error("there is one run only; give at least two")]
     OneRun,
     /// Two runs are the same measurements.
-    #[error("{rows} of its rows are also in {first}: the same measurements are no second run")]
+    #[error("{rows} of its rows are also in {first}: the same measurements are not a second run")]
     SameRows {
         /// Name of the run.
         run: String,
@@ -89,7 +89,7 @@ pub enum RunsError {
         spare: f64,
     },
     /// A declared drift is of no parameter that was fitted.
-    #[error("'{name}' is no parameter of the arm that these runs determine; there are {known}")]
+    #[error("'{name}' is not a parameter of the arm that these runs determine; there are {known}")]
     NoParameter {
         /// As given.
         name: String,
@@ -213,7 +213,7 @@ pub struct RunsComparison {
     /// curves.
     pub left_out: [Option<f64>; 2],
     /// By how much the mean temperatures of the runs differ, K, if it is as much that an arm shows it, and no effect of the model
-    /// knows of it.
+    /// depends on it.
     pub warmer: Option<f64>,
 }
 

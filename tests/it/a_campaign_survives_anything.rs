@@ -221,7 +221,7 @@ fn a_flipped_byte_is_never_believed() {
                 let said = e.to_string();
                 let line = 1 + journal[..at].iter().filter(|&&b| b == b'\n').count();
                 let placed = said.contains(&format!("data.journal:{line}: the line is not as it was written"));
-                assert!(placed || line == 1 && said.contains("is no journal"), "byte {at}: {said}");
+                assert!(placed || line == 1 && said.contains("is not a journal"), "byte {at}: {said}");
                 assert!(!data.exists());
             }
         }
@@ -433,7 +433,7 @@ fn nothing_that_is_there_is_overwritten_and_what_is_done_is_not_done_again() {
     fs::remove_dir_all(&data).expect("removed");
     fs::write(journal_path(&data).expect("a name"), "my notes").expect("written");
     let told = Journal::open(&data, &conditions(&poses), true).expect_err("notes").to_string();
-    assert!(told.contains("data.journal: is no journal of a campaign"), "{told}");
+    assert!(told.contains("data.journal: is not a journal of a campaign"), "{told}");
 }
 
 #[test]

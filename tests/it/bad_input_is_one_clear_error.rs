@@ -598,15 +598,15 @@ fn kinds() -> Vec<Kind> {
 
     let mut in_plan = vec![
         row("missing file", remove(), None, "", "check the path"),
-        row("other format", replace("plan/1", "plan/2"), 1, "format", "make the plan anew"),
+        row("other format", replace("plan/1", "plan/2"), 1, "format", "make the plan again"),
         row("another robot", replace("kr6_r700", "ur5"), 2, "robot", "this cell"),
         row("no pose", text(|t| t[..t.find("[[").unwrap_or(0)].into()), None, "pose", "at least one"),
         row("unknown ball", replace("ball = \"1\"", "ball = \"9\""), 6, "pose[0].ball", "a ball of the cell"),
         row("unknown payload", replace("none", "heavy"), 7, "pose[0].payload", "a payload of the cell"),
         row("pose twice", replace("r01", "p01"), 12, "pose[1].id", "its own id"),
         row("five joints", replace("[0.0, -90.0,", "[-90.0,"), 8, "pose[0].contact_deg", "6 joints"),
-        row("outside the limits", replace("[1.0, -80.0,", "[1.0, 80.0,"), 16, "pose[1].approach_deg", "anew"),
-        row("radians taken for a huge angle", replace("45.0", "1e300"), 8, "pose[0].contact_deg", "anew"),
+        row("outside the limits", replace("[1.0, -80.0,", "[1.0, 80.0,"), 16, "pose[1].approach_deg", "again"),
+        row("radians taken for a huge angle", replace("45.0", "1e300"), 8, "pose[0].contact_deg", "again"),
         row("NaN", replace("45.0", "nan"), 8, "pose[0].contact_deg[4]", "finite"),
         row("unknown key", replace("reserve", "reserved"), 17, "pose[1].reserved", "did you mean `reserve`"),
         row("missing key", replace("payload = \"none\"", ""), 4, "pose[0].payload", "add"),

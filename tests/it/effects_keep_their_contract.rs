@@ -171,7 +171,7 @@ fn names_are_unique_and_sizes_plausible() {
     let subject = Subject::new(&data.robot, &balls);
     let mut families = BTreeSet::new();
     for family in CATALOGUE {
-        assert!(families.insert(family.id), "{} stands twice in the catalogue", family.id);
+        assert!(families.insert(family.id), "{} appears twice in the catalogue", family.id);
         assert!(!family.what.is_empty() && !family.equation.is_empty() && !family.meaning.physics.is_empty());
     }
     let mut names = BTreeSet::new();
@@ -179,7 +179,7 @@ fn names_are_unique_and_sizes_plausible() {
         let effect = build(&id, &subject).unwrap();
         assert_eq!(effect.id(), id);
         for p in effect.parameters() {
-            assert!(names.insert(p.name.clone()), "{} stands twice", p.name);
+            assert!(names.insert(p.name.clone()), "{} appears twice", p.name);
             assert!(p.prior > 0.0 && p.prior.is_finite() && p.nominal.is_finite(), "{}", p.name);
             let range = family(&id).unwrap().linear_range;
             assert!(range.holds(p, 1.5 * p.prior), "{}: what is plausible is not believable", p.name);

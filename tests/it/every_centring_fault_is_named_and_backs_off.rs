@@ -260,7 +260,7 @@ fn exchanged_indicators_are_named_however_the_first_steps_end() {
         for trial in 0..trials {
             let probing = probe_at_random(&mut random, 5.0 * MM / 3f64.sqrt(), faults.clone());
             match probing.outcome.map_err(|failure| failure.reason) {
-                // A ball equally far along both axes is centred all the same.
+                // A ball equally far along both axes is centred even so.
                 Ok(_) => alike += 1,
                 Err(CentringFailure::NotShrinking { suspicion, .. }) => {
                     let exchange = matches!(suspicion, Suspicion::SwappedAxes { .. } | Suspicion::RotatedAxes { .. });

@@ -320,7 +320,7 @@ fn what_is_no_arm_is_named_with_its_line() {
     let robot = |body: String| format!("<robot name=\"r\">\n{body}</robot>\n");
     let arm = link(&["a", "b", "c"]) + &joint("1", "revolute", "a", "b", limits);
     for (text, line, said) in [
-        ("<robot".to_owned(), Some(1), "is no XML"),
+        ("<robot".to_owned(), Some(1), "is not XML"),
         ("<sdf/>".into(), Some(1), "not a <robot>"),
         ("<robot name='r'>\n</robot>".into(), Some(1), "has no links"),
         (
@@ -330,13 +330,13 @@ fn what_is_no_arm_is_named_with_its_line() {
         ),
         (robot(link(&["a", "a"])), Some(3), "'a' is there twice"),
         (robot(arm.clone() + &joint("2", "revolute", "b", "d", limits)), Some(6), "there is no link 'd'"),
-        (robot(arm.clone() + &joint("2", "revolute", "c", "b", limits)), Some(6), "hangs on joint '1' already"),
+        (robot(arm.clone() + &joint("2", "revolute", "c", "b", limits)), Some(6), "is the child of joint '1' already"),
         (
             robot(link(&["a", "b"]) + &joint("1", "revolute", "a", "b", limits) + &joint("2", "fixed", "b", "a", "")),
             Some(5),
-            "closes a loop: 'b' hangs on 'a' already",
+            "closes a loop: 'b' is carried by 'a' already",
         ),
-        (robot(arm.clone() + &joint("2", "turning", "b", "c", "")), Some(6), "'turning' of joint '2' is no joint type"),
+        (robot(arm.clone() + &joint("2", "turning", "b", "c", "")), Some(6), "'turning' of joint '2' is not a joint type"),
         (robot(arm.clone() + &joint("2", "revolute", "b", "c", "<axis xyz='0 0'/>")), Some(6), "'0 0' is not 3 finite numbers"),
         (robot(arm.clone() + &joint("2", "revolute", "b", "c", "<axis xyz='0 0 0'/>")), Some(6), "has no length"),
         (robot(arm.clone() + &joint("2", "fixed", "b", "c", "<origin xyz='0 nan 0'/>")), Some(6), "'0 nan 0'"),
@@ -348,7 +348,11 @@ fn what_is_no_arm_is_named_with_its_line() {
         (robot(arm.clone() + &joint("2", "fixed", "b", "c", "<origin xyz='0 612 0'/>")), Some(6), "is 612 m away"),
         (robot(arm.clone() + "<link name='d'><inertial><mass value='-1'/></inertial></link>"), Some(6), "is -1 kg"),
         (robot(link(&["a", "b"]) + &joint("1", "fixed", "a", "b", "")), None, "no joint moves"),
-        (robot(arm.clone() + &link(&["d"]) + &joint("2", "fixed", "b", "c", "")), None, "several links hang on no joint: a, d"),
+        (
+            robot(arm.clone() + &link(&["d"]) + &joint("2", "fixed", "b", "c", "")),
+            None,
+            "several links are the child of no joint: a, d",
+        ),
         (
             robot(arm.clone() + &joint("2", "fixed", "b", "c", "") + &link(&["d"]) + &joint("3", "fixed", "b", "d", "")),
             None,
@@ -373,7 +377,7 @@ fn what_is_no_arm_is_named_with_its_line() {
     assert_eq!(named("", "").unwrap().tool_link, "b", "what is no joint of an arm ends it");
     for (base, tool, said) in [
         ("", "x", "there is no link 'x'"),
-        ("b", "a", "link 'a' does not hang on link 'b'"),
+        ("b", "a", "link 'a' is not carried by link 'b'"),
         ("", "c", "'2' is a floating joint"),
         ("", "d", "'3' follows joint '1'"),
     ] {
@@ -397,7 +401,7 @@ fn what_is_no_arm_is_named_with_its_line() {
     let file = written(&robot(link(&["a", "b"]) + &joint("1", "revolute", "a", "b", limits) + &ring));
     let ends = ChainEnds { base: Some("a".into()), tool: Some("b".into()) };
     let error = robot_from_urdf(&file.path, &ends).unwrap_err();
-    assert!(error.line == Some(8) && error.to_string().contains("closes a loop: 'e' hangs on 'd' already"), "{error}");
+    assert!(error.line == Some(8) && error.to_string().contains("closes a loop: 'e' is carried by 'd' already"), "{error}");
 }
 
 #[test]

@@ -271,7 +271,7 @@ fn a_map_is_proposed_whatever_the_dialect() {
         (table("a,b,c,d,e,f,g,h,i", &|r| r[1..].join(",")), "shows no 6 columns"),
         // Units that the titles state, and that the numbers are not in.
         (table("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x,y,z", &|r| r[1..].join(",")), "with `q1_deg`, `q2_deg`, "),
-        (scratch.file("prose.csv", "Measured in May\nby us, and others\n"), "is no regular table"),
+        (scratch.file("prose.csv", "Measured in May\nby us, and others\n"), "is not a regular table"),
         (scratch.file("empty.csv", ""), "is empty"),
     ] {
         let error = guess(&path, &ur("ur5"), "ur5").unwrap_err().to_string();
@@ -309,5 +309,5 @@ fn the_order_of_rows_states_sides_and_times_where_the_map_says_so() {
     let (plain, _) = scratch.read(std::slice::from_ref(&table), "").unwrap();
     assert!(plain.samples.iter().all(|s| s.approach.is_none() && s.time_s.is_none()));
     let error = scratch.read(&[table], "[rows]\ninterval_s = 0.0\n").unwrap_err().to_string();
-    assert!(error.contains("rows.interval_s: 0 s is no interval"), "{error}");
+    assert!(error.contains("rows.interval_s: 0 s is not an interval"), "{error}");
 }

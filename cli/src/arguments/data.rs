@@ -95,7 +95,7 @@ pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Resu
         let is_fitted =
             check.samples.iter().all(|s| s.set == SampleSet::Fit) && fitted.iter().any(|(_, d)| d.hash == check.hash);
         if is_fitted {
-            note(&format!("{name} is among the data that are fitted; it is no check, and is left out of them."));
+            note(&format!("{name} is among the data that are fitted; it cannot serve as a check, and is left out."));
         }
         !is_fitted
     });

@@ -100,7 +100,7 @@ fn spread(budget: &Budget) -> String {
         )
     };
     format!(
-        "Largest of the repetitions over {} such tests, everything drawn anew, 95 % bands in brackets:\n{}\n{}",
+        "Largest of the repetitions over {} such tests, every error sampled again, 95 % bands in brackets:\n{}\n{}",
         budget.trials,
         line("3-D", &budget.largest),
         line("along one axis", &budget.largest_along_axis)

@@ -107,8 +107,8 @@ fn rare_text(summary: &Summary) -> String {
             }
         }
     }
-    let note = "\n\nThe worst robots were drawn more often, and weighted accordingly. The band contains the error of endless trials \
-                in 95 of 100 studies. Plain trials: how many a study without --rare takes to be as certain.\n";
+    let note = "\n\nThe worst robots were sampled more often, and weighted accordingly. The band contains the error of endless trials \
+                in 95 of 100 studies. Plain trials: how many a study without --rare needs to be as certain.\n";
     plain_rows(&header, &rows) + note
 }
 
@@ -172,7 +172,7 @@ pub fn study_json(summary: &Summary, extent: Extent) -> Value {
         "bands": "95 %: quantiles by order statistics, shares by Wilson",
     });
     if summary.is_weighted() {
-        document["bands"] = json!("95 %: where the weighted share beyond, with its standard error, is the one asked for");
+        document["bands"] = json!("95 %: where the weighted share beyond, with its standard error, is the one requested");
     }
     if summary.axes.is_empty() {
         document["methods"] = points.first().map_or(Value::Null, |p| p["methods"].clone());

@@ -94,7 +94,7 @@ pub fn suite_text(t: &Tally) -> String {
         })
         .collect();
     out.push_str(&plain_table(&["visible", "trials", "found", "found and right"], &power));
-    out.push_str("\n\nWHO WAS TAKEN FOR WHOM, one effect hidden\n");
+    out.push_str("\n\nWHICH EFFECT WAS MISTAKEN FOR WHICH, one effect hidden\n");
     out.push_str(&plain_table(&["hidden", "said", "something else"], &confusion(&t.families)));
     out
 }

@@ -43,7 +43,10 @@ impl Operator {
     /// If there is no terminal to ask at.
     pub fn new(yes: bool) -> Result<Self, Failure> {
         if !yes && !std::io::stdin().is_terminal() {
-            return Err("the robot will move, and nobody can be asked here; run it in a terminal, or say --yes".into());
+            return Err(
+                "the robot will move, and there is no terminal in which to confirm it; run it in a terminal, or give --yes"
+                    .into(),
+            );
         }
         let stop = StopRequest::default();
         let lines = listen(&stop);

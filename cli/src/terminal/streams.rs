@@ -77,7 +77,7 @@ impl Streams {
                 Some(format!("{first} and {second}: both are `-`, and standard output can hold one of them; name the other"))
             }
             ([first], true) => {
-                Some(format!("{first}: `-` and --json both want standard output; name a file, or leave --json out"))
+                Some(format!("{first}: `-` and --json both write to standard output; name a file, or leave --json out"))
             }
             _ => None,
         }

@@ -102,8 +102,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             print_answer(&format!("{weight}: {}.", objection_sentence(objection)))?;
         }
         match (target, accepted) {
-            (Some(path), true) => print_answer(&format!("Taken. The model with {found} is in {}.", path.display()))?,
-            (None, true) => print_answer("Taken. Name a file with -o to keep the model.")?,
+            (Some(path), true) => print_answer(&format!("Added. The model with {found} is in {}.", path.display()))?,
+            (None, true) => print_answer("Added. Name a file with -o to keep the model.")?,
             (_, false) => {}
         }
     }
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let goes_on = accepted && !after.diagnosis.verdict.is_noise();
         if let Some(path) = target.filter(|path| goes_on && !is_standard_output(path)) {
             print_answer(&format!(
-                "Next: {} says what is missing beside it.",
+                "Next: {} says what else is missing.",
                 Recommended::of(&arguments.datasets, Some(path)).diagnose()
             ))?;
         }
@@ -124,6 +124,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let why: Vec<String> = objections.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
     let untouched = arguments.model.as_ref().map_or(String::new(), |m| format!("; {} is untouched", m.display()));
-    tell(&format!("calibench: {found} is refused: {}{untouched}; --force takes the step all the same", why.join("; ")));
+    tell(&format!("calibench: {found} is refused: {}{untouched}; --force takes the step anyway", why.join("; ")));
     Ok(Outcome::ExpectationFailed)
 }

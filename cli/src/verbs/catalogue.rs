@@ -13,7 +13,7 @@ use crate::terminal::output::{print_answer, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Tell one family in full: what it looks like, what parts it from others, and its page in the gallery
+    /// Describe one family in full: what it looks like, what distinguishes it from others, and its page in the gallery
     #[arg(value_name = "NAME", conflicts_with = "json")]
     name: Option<String>,
     /// Print one JSON document instead of a table
@@ -27,7 +27,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
     let subject = Subject::new(&robot, &balls);
     if let Some(name) = &arguments.name {
         let family =
-            family(name).ok_or_else(|| format!("'{name}' is no effect of the catalogue; `calibench effects` lists it"))?;
+            family(name).ok_or_else(|| format!("'{name}' is not an effect of the catalogue; `calibench effects` lists it"))?;
         print_answer(&told(family, &subject)?)?;
         return Ok(Outcome::Done);
     }
@@ -79,7 +79,7 @@ fn told(family: &Family, subject: &Subject<'_>) -> Result<String, Failure> {
     let needs: Vec<&str> = effect.needs().iter().map(|n| n.words()).collect();
     let mut lines = vec![format!("{}{}: {} ({}).", family.id, family.arguments, family.what, family.meaning.physics)];
     lines.extend(family.signature.looks.iter().map(|&sentence| sentence.to_owned()));
-    lines.push(format!("What parts it from others: {}", family.signature.parted_by));
+    lines.push(format!("What distinguishes it from others: {}", family.signature.parted_by));
     if !family.meaning.look.is_empty() {
         lines.push(format!("On the machine: {}.", family.meaning.look));
     }

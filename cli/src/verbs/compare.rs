@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Compare all rows
     #[arg(long)]
     all: bool,
-    /// Estimate base, free tool and free balls from these data first: the robot was set up anew for them
+    /// Estimate base, free tool and free balls from these data first: base and tool were set up again for them
     #[arg(long)]
     set_up_anew: bool,
     /// Folder for plotting, with one CSV file per view; files of an earlier comparison are replaced

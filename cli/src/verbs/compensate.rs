@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn converged(path: &Path) -> Result<Calibration, Failure> {
     let calibration = read_calibration(path)?;
     if let Some(outcome) = calibration.unconverged() {
-        let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
+        let why = "a robot must not be sent anywhere by it; identify it again from more postures, or with fewer effects";
         return Err(format!("{}: the fit {}: {why}", path.display(), outcome.in_words()).into());
     }
     let open = calibration.undetermined_set_up();
@@ -144,7 +144,7 @@ fn ur_kinematics(origins: &[JointOrigin]) -> Result<String, Failure> {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for (k, (joint, name)) in UR_JOINTS.into_iter().enumerate() {
         let found = origins.get(k).filter(|o| o.joint.ends_with(joint));
-        let origin = found.ok_or_else(|| format!("joint {} of the URDF file is not `{joint}`: it is no UR", k + 1))?.origin;
+        let origin = found.ok_or_else(|| format!("joint {} of the URDF file is not `{joint}`: it is not a UR", k + 1))?.origin;
         let FramePose { xyz: [x, y, z], rz_ry_rx: [yaw, pitch, roll] } = origin;
         text.push_str(&format!("  {name}:\n"));
         for (key, value) in [("x", x), ("y", y), ("z", z), ("roll", roll), ("pitch", pitch), ("yaw", yaw)] {
@@ -182,7 +182,7 @@ fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Re
         return Ok(Some(RigidPart { left_out_effects: effects, left_out_mean_mm: mean, left_out_max_mm: max }));
     }
     if rigid.effects.is_empty() {
-        print("The calibration is all links: nothing of it is left out of URDF and robot file.")?;
+        print("The calibration consists of links alone: URDF and robot file hold all of it.")?;
     } else {
         print(&format!(
             "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
@@ -260,7 +260,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         }
         print(&plain_table(&["mm", "mean", "max"], &rows))?;
         if outside > 0 {
-            print("Of targets beyond the ranges in which joints were measured no error can be told.")?;
+            print("No error can be predicted for targets beyond the joint ranges that were measured.")?;
         }
         if inside > 0 {
             print(

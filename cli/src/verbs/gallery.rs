@@ -49,7 +49,7 @@ impl CampaignObserver for Unwatched {}
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_output_folder(&arguments.output, "gallery", GALLERY_MARK)?;
     if let Some(id) = arguments.effects.iter().find(|id| family(id).is_none()) {
-        return Err(format!("--effect {id}: is no effect of the catalogue; `calibench effects` lists it").into());
+        return Err(format!("--effect {id}: is not an effect of the catalogue; `calibench effects` lists it").into());
     }
     let waiting = Waiting::new("measuring");
     let (campaigns, seed) = campaigns(arguments)?;

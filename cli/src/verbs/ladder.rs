@@ -36,7 +36,7 @@ pub struct Arguments {
     /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
     #[arg(long, value_parser = input())]
     fleet: Option<PathBuf>,
-    /// Campaigns not included in the fit: the robot is set up anew in each, and a step that makes one worse is refused
+    /// Campaigns not included in the fit: base and tool are re-estimated in each, and a step that makes one worse is refused
     #[arg(long, num_args = 1.., value_name = "DATASET")]
     check: Vec<PathBuf>,
     /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced

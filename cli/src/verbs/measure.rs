@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Resume an interrupted campaign from its journal; start it if there is none
     #[arg(long)]
     resume: bool,
-    /// Plan file written by `plan`; the default is to plan anew
+    /// Plan file written by `plan`; the default is a new plan
     #[arg(long, value_parser = input())]
     plan: Option<PathBuf>,
     /// Seed that replaces the scenario's
@@ -80,15 +80,15 @@ pub struct Arguments {
 }
 
 fn until(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("'{text}' is no number"))?;
-    (0.001..=10.0).contains(&value).then_some(value).ok_or_else(|| "an error of 0.001 to 10 mm can be asked for".to_owned())
+    let value: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
+    (0.001..=10.0).contains(&value).then_some(value).ok_or_else(|| "give an error from 0.001 to 10 mm".to_owned())
 }
 
 /// A campaign in a simulated cell.
 pub struct Simulated<'a> {
     /// The scenario's file.
     pub scenario: &'a Path,
-    /// The plan; planned anew without one.
+    /// The plan; a new one is made without it.
     pub plan: Option<&'a Path>,
     /// The dataset.
     pub output: &'a Path,
@@ -121,7 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     if several {
         return Err(
-            "--until-mm: the plan changes the payload; plan a campaign with one, and measure the other by itself".into()
+            "--until-mm: the plan changes the payload; plan a campaign with one, and measure the other separately".into()
         );
     }
     let named = [(String::new(), cell)];
@@ -185,7 +185,7 @@ fn warming_sentence(samples: &[Sample]) -> Option<String> {
     let (low, high) = (temperatures().reduce(f64::min)?, temperatures().reduce(f64::max)?);
     (high - low >= TELLING_K).then(|| {
         format!(
-            "It was measured from {low:.1} to {high:.1} °C: the error to expect is that within these temperatures; let the arm warm up, or measure over all that it will have."
+            "It was measured from {low:.1} to {high:.1} °C: the error to expect is that within these temperatures; let the arm warm up, or measure over all those at which it will work."
         )
     })
 }

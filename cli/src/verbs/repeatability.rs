@@ -37,7 +37,7 @@ pub struct Arguments {
     /// Number of postures on each ball
     #[arg(long, default_value = "1", value_parser = from_one, allow_negative_numbers = true)]
     postures: usize,
-    /// Number of returns to each posture; ISO 9283 asks for 30
+    /// Number of returns to each posture; ISO 9283 requires 30
     #[arg(long, default_value = "30", value_parser = from_two, allow_negative_numbers = true)]
     returns: usize,
     /// Number of arrivals of each joint from each side, at each posture
@@ -109,7 +109,7 @@ fn located(scenario: &Scenario, error: RepeatabilityError) -> Failure {
     let key_and_remedy = match error {
         RepeatabilityError::Plan(error) => return Box::new(scenario.locate_plan(&error)),
         RepeatabilityError::Session(error) => return Box::new(scenario.locate(&RunError::Session(error))),
-        RepeatabilityError::TooFewPostures { .. } => ("plan", "ask for fewer with --postures, or widen plan.cone_deg"),
+        RepeatabilityError::TooFewPostures { .. } => ("plan", "request fewer with --postures, or widen plan.cone_deg"),
         RepeatabilityError::Visit { .. } => ("truth", "make the injected errors smaller, or retreat further"),
     };
     Box::new(scenario.wrong(key_and_remedy.0, problem, key_and_remedy.1))

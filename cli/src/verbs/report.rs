@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Output file for the page; the default is report.html, in the folder of the run
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
-    /// Climb the whole ladder instead of the next step only; takes seconds
+    /// Run the whole ladder instead of the next step alone; takes seconds
     #[arg(long)]
     ladder: bool,
     /// Continue with data that do not fit the robot; the page says so

@@ -45,7 +45,7 @@ enum Errand {
     FromUrdf {
         /// URDF file; a xacro file must be expanded first
         file: PathBuf,
-        /// Name of the base link; the default is the link that hangs on no joint
+        /// Name of the base link; the default is the link that is the child of no joint
         #[arg(long)]
         base: Option<String>,
         /// Name of the tool link; the default is the far end of the only arm

@@ -74,9 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     for (run, Suspect { sample, deviation, .. }) in set_suspects_aside(&mut datasets, &model) {
-        warn(&format!(
-            "warning: {run}: {sample} is set aside: it is {deviation:.0} sigma from what all others of this run say"
-        ));
+        warn(&format!("warning: {run}: {sample} is excluded: it is {deviation:.0} sigma from what all others of this run say"));
     }
     let drifts = drifts(&arguments.drift, &datasets, &model)?;
     let day = |date: &Option<Date>| date.map(|d| f64::from(d.since(Date::ZERO).map_or(0, |span| span.get_days())));
@@ -110,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             (Some(path), Some(_)) => {
                 print_answer(&format!("The robot as it is in {} is in {}.", datasets[datasets.len() - 1].0, path.display()))?;
             }
-            (Some(_), None) => print_answer("No calibration is written: it would be of no robot.")?,
+            (Some(_), None) => print_answer("No calibration is written: no one geometry explains these runs.")?,
             _ => {}
         }
     }
@@ -153,7 +151,7 @@ fn dates(arguments: &Arguments, datasets: &[(String, Dataset)]) -> Result<Vec<Op
         let day = text.get(..10).and_then(|day| day.parse().ok());
         day.map(Some).ok_or_else(|| {
             let folder = arguments.datasets.get(k).or(arguments.datasets.first()).cloned().unwrap_or_default();
-            let problem = format!("'{text}' is no date; write it as \"2026-03-14\"");
+            let problem = format!("'{text}' is not a date; write it as \"2026-03-14\"");
             Box::new(LocatedError { path: folder.join("dataset.toml"), field: "provenance.date", problem }) as Failure
         })
     };
@@ -173,7 +171,7 @@ fn drifts(declared: &[String], datasets: &[(String, Dataset)], model: &Model) ->
             .parse()
             .ok()
             .filter(|s: &f64| s.is_finite() && *s > 0.0)
-            .ok_or_else(|| format!("--drift {text}: '{size}' is no positive number"))?;
+            .ok_or_else(|| format!("--drift {text}: '{size}' is not a positive number"))?;
         let parameter = problem.parameters().iter().find(|p| p.name == name);
         let unit = parameter.ok_or_else(|| format!("--drift {text}: the model has no parameter '{name}'"))?.spec.unit;
         Ok((name.to_owned(), size * unit.si))

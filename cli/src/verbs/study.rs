@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Diagnose every trial as well
     #[arg(long)]
     diagnose: bool,
-    /// Look for the worst robots: draw them more often, weight every trial accordingly, and tell the errors that this share of all
+    /// Look for the worst robots: sample them more often, weight every trial accordingly, and report the errors that this share of all
     /// robots stay within, e.g. 0.999
     #[arg(long, value_name = "SHARE", value_parser = rare_share)]
     rare: Option<f64>,
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err("--parquet: is made from the table of trials; name that too, with -o".into());
     }
     if arguments.rare.is_some() && arguments.diagnose {
-        return Err("--rare: tells errors, not verdicts; leave out --diagnose".into());
+        return Err("--rare: estimates errors, not verdicts; leave out --diagnose".into());
     }
     if arguments.rare.is_some() && products.report.is_some() {
         return Err("--report: shows studies in which every trial counts alike; leave out --rare".into());

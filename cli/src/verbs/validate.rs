@@ -28,8 +28,8 @@ pub struct Arguments {
     /// Dataset folders; their rows of set 'validation' are used, or all rows if there are none
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Estimate base, free tool and free balls from these data first, from rows of set 'fit' if there are any: the robot was
-    /// set up anew for them
+    /// Estimate base, free tool and free balls from these data first, from rows of set 'fit' if there are any: base and tool
+    /// were set up again for them
     #[arg(long)]
     set_up_anew: bool,
     /// Print one JSON document instead of tables
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let fitted = calibration.fitted_rows.share(&named(&datasets), which);
     if let Some(share) = fitted.filter(|share| *share >= WORTH_A_WORD && !is_the_fit) {
         warn(&format!(
-            "warning: about {:.0} % of these rows are the same as rows that were fitted, joints and readings: of those the figure is a residual, and no error; judge rows that were left out.",
+            "warning: about {:.0} % of these rows are the same as rows that were fitted, joints and readings: for those the figure is a residual, not an error; judge rows that were left out.",
             100.0 * share
         ));
     }
@@ -111,11 +111,11 @@ const ANOTHER: f64 = 0.2;
 
 /// States that rows were measured from another place, or with another tool, if that is most of their error.
 fn other_base(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use, as_it_is: &Validation) -> Option<String> {
-    let anew = Validation::of(&calibration.set_up_anew().predict(datasets, which).ok()?)?;
-    (anew.rms < ANOTHER * as_it_is.rms).then(|| {
+    let refitted = Validation::of(&calibration.set_up_anew().predict(datasets, which).ok()?)?;
+    (refitted.rms < ANOTHER * as_it_is.rms).then(|| {
         format!(
-            "With base and tool found anew (`--set-up-anew`) these rows leave {:.3} mm rms: the robot or the tracker has been moved since the calibration, or the tool is another one.",
-            anew.rms / MM
+            "With base and tool re-estimated (`--set-up-anew`) these rows leave {:.3} mm rms: the robot or the tracker has been moved since the calibration, or the tool is another one.",
+            refitted.rms / MM
         )
     })
 }

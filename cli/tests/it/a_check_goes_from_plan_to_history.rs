@@ -107,7 +107,7 @@ fn what_is_planned_is_probed_and_kept() {
         &format!("{CHECK} now/1 --history history.toml --on 2025-11-01"),
         "the last check in history.toml is of 2025-12-08",
     );
-    refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is no day");
+    refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is not a date");
     refused(at, &format!("{CHECK} now/1 --history history.toml --on 9999-12-01"), "is after today");
     // A copy under another name is not a second check.
     fs::create_dir(at.join("now/3")).unwrap();

@@ -84,7 +84,7 @@ fn goes_on(many: usize) {
             // Before the program handles signals, they end it.
             None => {}
             Some(code) => {
-                let is_told = code == INTERRUPTED || said.contains("called off");
+                let is_told = code == INTERRUPTED || said.contains("cancelled");
                 assert!(is_told && killed < many && !is_kill(killed), "{code}: {said}");
             }
         }

@@ -153,6 +153,6 @@ fn from_measurements_to_a_calibrated_urdf() {
     assert!(!Path::new(&folder.path().join("w.urdf")).exists());
     fs::write(folder.path().join("six.urdf"), urdf_of(&built_in("ur5").unwrap(), &["a", "b", "c", "d", "e", "f"])).unwrap();
     let wrong = run("compensate c.toml --urdf w.urdf --urdf-of six.urdf --ur-kinematics w.yaml");
-    assert!(said(&wrong).contains("it is no UR"), "{}", said(&wrong));
+    assert!(said(&wrong).contains("it is not a UR"), "{}", said(&wrong));
     assert!(!folder.path().join("w.urdf").exists() && !folder.path().join("w.yaml").exists());
 }

@@ -346,5 +346,5 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     refused(&folder, &rare(&["--diagnose"]), "leave out --diagnose");
     refused(&folder, &rare(&["--report", "page.html"]), "leave out --rare");
     refused(&folder, &["merge", "first.csv", "--report", "page.html"], "these are of rare robots");
-    refused(&folder, &["study", "s.toml", "--trials", "3", "--rare", "0.99"], "draws no error of the robot");
+    refused(&folder, &["study", "s.toml", "--trials", "3", "--rare", "0.99"], "samples no error of the robot");
 }

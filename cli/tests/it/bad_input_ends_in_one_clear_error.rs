@@ -83,7 +83,7 @@ fn mistakes() -> Vec<Mistake> {
         own("seed = 1", "seed = 99999999999999999999", "seed", "2^63"),
         own("seed = 1", "sed = 1", "sed", "did you mean `seed`"),
         own("kr6-trical.toml", "nosuch.toml", "extends", "existing"),
-        own("kr6-trical.toml", "s.toml", "extends", "stands by itself"),
+        own("kr6-trical.toml", "s.toml", "extends", "does not lead back"),
         own("extends = \"kr6-trical.toml\"", "extends = 3", "extends", "in quotes"),
         Mistake { on: None, ..own("extends = \"kr6-trical.toml\"", "", "", "add") },
         own("effects.mdh]", "effects.mhd]", "truth.effects.mhd", "correct its name"),
@@ -392,7 +392,7 @@ fn what_is_no_input_is_told_in_a_line() {
         (&["import", "generic", "pipe", "--map", "pipe", "-o", OUT], &["pipe: cannot be read", "pipe or a device"]),
         (&["compensate", "c.toml", "pipe", "-o", OUT], &["pipe: cannot be read", "pipe or a device"]),
         (&["diagnose", "zeros"], &["zeros/samples.csv", ":"]),
-        (&["identify", "r/trical", "--model", "zeros.toml", "-o", OUT], &["zeros.toml:1: is no text: it holds NUL bytes"]),
+        (&["identify", "r/trical", "--model", "zeros.toml", "-o", OUT], &["zeros.toml:1: is not text: it holds NUL bytes"]),
         (
             &["identify", "r/trical", "--model", "long.toml", "-o", OUT],
             &["long.toml:5: effect[0].terms[0].basis", "500 characters"],

@@ -125,7 +125,7 @@ fn beyond_the_measured_ranges_no_error_is_promised() {
     let output = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(said.contains("of the 1 in the measured ranges") && said.contains("no error can be told"), "{said}");
+    assert!(said.contains("of the 1 in the measured ranges") && said.contains("No error can be predicted"), "{said}");
     let table = text(&folder, "f.csv");
     let mut rows = csv::Reader::from_reader(table.as_bytes());
     let place = rows.headers().unwrap().iter().position(|h| h == "sigma_3d_mm").unwrap();

@@ -102,7 +102,7 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
         (&["weld.src", "weld.dat", "-o", "."], "is one of the programs themselves"),
         (&["weld.src", "a.ls", "-o", "new"], "another controller"),
         (&["weld.src", "none.dat", "-o", "new"], "none.dat"),
-        (&["weld.src", "c.toml", "-o", "new"], "is no robot program"),
+        (&["weld.src", "c.toml", "-o", "new"], "is not a robot program"),
         (&["wide.src", "-o", "new"], "single bytes"),
         (&["weld.src", "weld.dat", "-o", "c.toml"], "-o c.toml: is read by this command"),
         (&["weld.src", "weld.dat", "-o", "a.ls"], "name a folder"),

@@ -129,7 +129,7 @@ fn json(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
 }
 
 fn number(v: &Value, key: &str) -> f64 {
-    v[key].as_f64().unwrap_or_else(|| panic!("{key} is no number: {v}"))
+    v[key].as_f64().unwrap_or_else(|| panic!("{key} is not a number: {v}"))
 }
 
 /// Checks the keys that `identify --json` promises.

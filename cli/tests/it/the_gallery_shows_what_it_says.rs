@@ -32,7 +32,7 @@ fn the_pictures_of_the_documentation_are_those_that_the_program_draws() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for name in ["harmonic.md", "harmonic.svg", "base_step.md", "base_step.svg", "outlier.md", "outlier.svg"] {
         let [drawn, kept] = [out.join(name), root().join("docs/gallery").join(name)].map(|f| fs::read_to_string(f).unwrap());
-        assert_eq!(drawn, kept, "{name}: write it anew with `calibench gallery scenarios/gallery.toml -o docs/gallery`");
+        assert_eq!(drawn, kept, "{name}: write it again with `calibench gallery scenarios/gallery.toml -o docs/gallery`");
     }
     assert!(!out.join("ball.md").exists());
     let index = fs::read_to_string(out.join("README.md")).unwrap();
@@ -52,7 +52,7 @@ fn what_cannot_be_drawn_is_refused_in_one_sentence() {
         (vec!["gallery", "scenarios/gallery.toml", "-o", new, "--effect", "gremlins"], "--effect gremlins"),
         (vec!["gallery", "scenarios/gallery.toml", "elsewhere", "-o", new], "one scenario file, or dataset folders"),
         (vec!["gallery", "nowhere", "-o", new], "nowhere"),
-        (vec!["effects", "gremlins"], "'gremlins' is no effect"),
+        (vec!["effects", "gremlins"], "'gremlins' is not an effect"),
     ] {
         let output = calibench(&arguments);
         let error = String::from_utf8(output.stderr).unwrap();

@@ -147,7 +147,7 @@ fn the_cell_as_it_was_drawn_is_in_the_page_itself_and_the_model_of_the_run_besid
         Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder.path()).args(["report", "run"]).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(said.contains("gauge.png") && said.contains("is no PNG picture"), "{said}");
+    assert!(said.contains("gauge.png") && said.contains("is not a PNG picture"), "{said}");
 
     // The run's model is stored beside it.
     let report = json(folder.path(), &["diagnose", "run/trical", "--model", "run/model.toml", "--json"]);

@@ -146,7 +146,7 @@ fn a_dash_is_a_standard_stream_with_the_bytes_of_the_file() {
     for (arguments, said) in [
         (&["identify", "-"][..], "datasets: `-`"),
         (&["run", "-"], "scenario: `-`"),
-        (&["identify", "run/trical", "-o", "-", "--json"], "both want standard output"),
+        (&["identify", "run/trical", "-o", "-", "--json"], "both write to standard output"),
         (&["compensate", "-", "-", "-o", "fake.csv"], "can be read once"),
         (&["add", "harmonic:3:202", "run/trical", "--model", "-"], "cannot be updated in place"),
         (&["compare", "c.toml", "run/trical", "--plots", "-"], "plots: `-`"),

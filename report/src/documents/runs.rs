@@ -38,7 +38,7 @@ pub struct Runs {
     pub effects: Vec<EffectOfRuns>,
     /// Ids of the effects of the model that predicts runs left out best.
     pub model: Vec<String>,
-    /// By how much the mean temperatures of the runs differ, K, if an arm shows as much and no effect of the model knows of it.
+    /// By how much the mean temperatures of the runs differ, K, if an arm shows as much and no effect of the model depends on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warmer_k: Option<f64>,
 }

@@ -54,7 +54,7 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
 
 /// Error for a truth that only the analytic plant can simulate.
 fn unsuited(key: String, remedy: String) -> PlantError {
-    PlantError::Unsuited { key, problem: "is no part of the mechanism that MuJoCo plays".into(), remedy }
+    PlantError::Unsuited { key, problem: "is not part of the mechanism that MuJoCo simulates".into(), remedy }
 }
 
 /// The effects that are built into the machine; the gears have the compliance, the controller's joints the hysteresis.

@@ -40,7 +40,7 @@ pub enum PythonError {
     },
     /// The right Python loaded the modules of another installation, found by `python3` in `PATH`.
     #[error(
-        "another python3 stands first in PATH, so that Python takes its modules from {} in place of {}: `source {}/bin/activate` first",
+        "another python3 comes first in PATH, so that Python takes its modules from {} in place of {}: `source {}/bin/activate` first",
         found.display(), expected.display(), venv.display()
     )]
     OtherModules {
@@ -62,7 +62,7 @@ pub enum PythonError {
         wanted: String,
     },
     /// Python raised an exception, most likely because a package is missing or broken.
-    #[error("MuJoCo cannot be had from {}: {source}; run sim/setup.sh, which mends it", venv.display())]
+    #[error("MuJoCo cannot be loaded from {}: {source}; run sim/setup.sh, which repairs it", venv.display())]
     Raised {
         /// The environment.
         venv: PathBuf,
@@ -118,7 +118,7 @@ impl Environment {
         let keys: BTreeMap<&str, &str> =
             text.lines().filter_map(|line| line.split_once('=')).map(|(key, value)| (key.trim(), value.trim())).collect();
         let (Some(version), Some(executable)) = (keys.get("version"), keys.get("executable")) else {
-            let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "it does not tell `version` and `executable`");
+            let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "it does not report `version` and `executable`");
             return Err(PythonError::NoEnvironment { path, source });
         };
         let base = Path::new(executable).ancestors().nth(2).unwrap_or(Path::new("")).to_owned();

@@ -120,7 +120,7 @@ pub enum InjectionError {
     },
     /// The fault does not apply to this part.
     #[error(
-        "'{part}' is no part that '{name}' happens to: give an indicator as 1, 2 or 3, a ball by its place from 1, nothing else"
+        "'{part}' is not a part to which '{name}' applies: give an indicator as 1, 2 or 3, a ball by its place from 1, nothing else"
     )]
     Part {
         /// The fault.
@@ -129,7 +129,7 @@ pub enum InjectionError {
         part: String,
     },
     /// The text after `@` is not a valid occasion.
-    #[error("'{when}' says not when: give N for the Nth occasion, N+ for all from it on, or a share like 0.05")]
+    #[error("'{when}' does not say when: give N for the Nth occasion, N+ for all from it on, or a share like 0.05")]
     When {
         /// As given.
         when: String,

@@ -57,7 +57,7 @@ impl Hidden for MovedBall {
         let balls = cell.ball_ids();
         let Some(ball) = balls.iter().position(|b| *b == self.ball) else {
             let remedy = format!("name one of: {}", balls.join(", "));
-            return Err(Self::misfit("ball", format!("'{}' is no ball", self.ball), remedy));
+            return Err(Self::misfit("ball", format!("'{}' is not a ball", self.ball), remedy));
         };
         if !(0.0..=1.0).contains(&self.at_share) {
             let problem = format!("is {}", self.at_share);

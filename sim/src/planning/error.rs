@@ -14,7 +14,7 @@ pub enum PlanError {
     #[error(transparent)]
     Pool(#[from] PoolError),
     /// The tracker sees too little of the free space.
-    #[error("{found} postures stand free and face the tracker, where {wanted} are wanted")]
+    #[error("{found} postures are free of collision and face the tracker, where {wanted} are required")]
     TooFewFree {
         /// Postures found.
         found: usize,

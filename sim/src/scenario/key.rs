@@ -18,7 +18,7 @@ pub struct Key {
 #[non_exhaustive]
 pub enum KeyError {
     /// The text is not a key.
-    #[error("'{0}' is no key: names joined by dots, places in lists counted from 0 in brackets")]
+    #[error("'{0}' is not a key: names joined by dots, places in lists counted from 0 in brackets")]
     Malformed(String),
     /// The scenario has nothing there.
     #[error("the scenario has nothing at `{0}`")]

@@ -146,7 +146,7 @@ impl MujocoToml {
         let once = |table: &str, joints: Vec<usize>| {
             let twice = joints.iter().enumerate().find(|&(k, j)| joints[..k].contains(j));
             twice.map_or(Ok(()), |(k, j)| {
-                Err(unfit(format!("{table}[{k}].joint"), format!("is {j} once more"), "say one thing of a joint"))
+                Err(unfit(format!("{table}[{k}].joint"), format!("is {j} once more"), "give a joint once"))
             })
         };
         once("bearing", self.bearing.iter().map(|b| b.joint).collect())?;

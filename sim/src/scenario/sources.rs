@@ -89,7 +89,10 @@ fn extended(files: &[(PathBuf, String)], extends: Option<Value>) -> Result<Optio
     if let Some(first) = files.iter().position(|(other, _)| same(other)) {
         let names = files[first..].iter().map(|(p, _)| p).chain([&next]);
         let names: Vec<String> = names.map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
-        return wrong(format!("goes round in a circle: {}", names.join(" extends ")), "extend a file that stands by itself");
+        return wrong(
+            format!("goes round in a circle: {}", names.join(" extends ")),
+            "extend a file that does not lead back to this one",
+        );
     }
     if files.len() == MOST_FILES {
         return wrong(format!("is the {MOST_FILES}th of a chain"), "extend over fewer files");

@@ -63,7 +63,7 @@ impl Layout {
                 .with("EyeControls3D", eye(&Vector3::new(0.045, -0.095, 0.05), &Vector3::new(0.012, 0.008, 0.012)))
                 .with("Background", ground())
                 .with("LineGrid3D", no_grid()),
-            chart("Its readings: every line is ten times nearer", "/centring/readings", centring::READINGS),
+            chart("Indicator readings (log scale, one decade a line)", "/centring/readings", centring::READINGS),
             chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
                 "Every ball: the largest reading of each try, and the band of 3 µm",

@@ -20,7 +20,7 @@ use crate::{ViewError, gauge, residuals, scene, story};
 pub struct Wishes {
     /// Factor by which deviations of a model's arm are exaggerated; chosen to make the difference visible if not given.
     pub exaggerate: Option<f64>,
-    /// Climb the ladder of missing effects.
+    /// Run the ladder of missing effects.
     pub ladder: bool,
 }
 

@@ -79,7 +79,7 @@ impl Journal {
             journal.rows += 1;
             let number = row.text("probing");
             let probing = number.parse::<usize>().ok().filter(|k| (1..=journal.tries.len()).contains(k));
-            let probing = probing.ok_or_else(|| row.wrong("probing", format!("'{number}' is no row of probings.csv")))?;
+            let probing = probing.ok_or_else(|| row.wrong("probing", format!("'{number}' is not a row of probings.csv")))?;
             seen.insert(probing - 1);
             let joints = angles.iter().map(|column| row.number(column)).collect::<Result<Option<Vec<f64>>, _>>()?;
             // A stop without known joints cannot be shown.
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_stop_of_no_probing_is_an_error_with_its_line() {
         let error = journal("id,ball,outcome\np1,A,centred\n", "2,approach,1,10,20,,,\n").unwrap_err().to_string();
-        assert!(error.contains("iterations.csv:2: probing: '2' is no row"), "{error}");
+        assert!(error.contains("iterations.csv:2: probing: '2' is not a row"), "{error}");
     }
 
     #[test]

@@ -20,7 +20,7 @@ struct Arguments {
     /// Factor by which the deviation of a model's arm is exaggerated; the default makes the difference visible
     #[arg(long, value_name = "FACTOR", value_parser = factor)]
     exaggerate: Option<f64>,
-    /// Climb the ladder of missing effects, and show the residuals before and after each step; takes seconds
+    /// Run the ladder of missing effects, and show the residuals before and after each step; takes seconds
     #[arg(long)]
     ladder: bool,
 }

@@ -48,7 +48,7 @@ pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewEr
     if let Some(last) = steps.models.last() {
         let (path, scale) = ("world/residuals/left".to_owned(), magnification(last.longest(), LONGEST));
         rec.log_static(path.as_str(), &residual_arrows(last, scale, paint::AFTER).with_radii([FINE]))?;
-        shown.push(Shown { path, title: format!("What is left: {:.4} mm (arrows x{scale})", last.rms / MM) });
+        shown.push(Shown { path, title: format!("Residual: {:.4} mm (arrows x{scale})", last.rms / MM) });
     }
     Ok(shown)
 }

@@ -30,7 +30,7 @@ pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&J
     for ghost in &arms.ghosts {
         story += &format!("; **{}** {}, x{} as far off", ghost.colour_name, ghost.title, ghost.factor);
     }
-    story += ".\n1. **Arrows**: what is left where it was measured, **orange before a step, blue after it**. Rms ";
+    story += ".\n1. **Arrows**: residuals at the measured points, **orange before a step, blue after it**. Rms ";
     let fall = |left: &Left| format!("{} {:.4} mm", left.name, left.rms / MM);
     let falls: Vec<String> = steps.models.iter().chain(&steps.other).map(fall).collect();
     story += &format!("{}.\n\n", falls.join(", "));
@@ -49,8 +49,8 @@ fn centring(subject: &Subject) -> String {
     let centred = journal.tries.iter().filter(|t| t.outcome == "centred").count();
     let on_ball = journal.stops.iter().filter(|s| s.on_ball && s.reading.is_some()).count();
     let mut story = format!(
-        "1. **The robot centres the gauge** on {} balls: {centred} of {} probings, {:.1} readings each. Every line of the charts is \
-         ten times nearer; within 3 um (green) a ball is centred.\n",
+        "1. **The robot centres the gauge** on {} balls: {centred} of {} probings, {:.1} readings each. The charts are logarithmic, one \
+         decade a line; within 3 um (green) a ball is centred.\n",
         subject.dataset.balls.len(),
         journal.tries.len(),
         on_ball as f64 / journal.tries.len().max(1) as f64

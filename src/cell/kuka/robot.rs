@@ -116,7 +116,7 @@ impl KukaRobot {
         if is == f64::from(percent) {
             return Ok(());
         }
-        Err(ManipulatorError::Refused { reason: format!("its speed override stays at {is} % where {percent} % was asked for") })
+        Err(ManipulatorError::Refused { reason: format!("its speed override stays at {is} % where {percent} % was requested") })
     }
 
     /// Sets the tool's frame in the flange and verifies it.
@@ -223,7 +223,7 @@ impl KukaRobot {
     /// Has an order carried out and waits until it is done.
     fn carry_out(&mut self, order: &Order) -> Result<(), ManipulatorError> {
         if self.stop.is_made() {
-            return Err(stopped("a stop was asked for"));
+            return Err(stopped("a stop was requested"));
         }
         let state = self.kuka_state()?;
         if let Some(reason) = self.unfit(&state) {
@@ -280,7 +280,7 @@ impl KukaRobot {
             }
             if under_way != action {
                 let reason =
-                    format!("its program is at action {under_way} where {action} was asked for: somebody else commands it too");
+                    format!("its program is at action {under_way} where {action} was requested: somebody else commands it too");
                 return Err(ManipulatorError::Stopped { reason });
             }
             let state = self.kuka_state()?;

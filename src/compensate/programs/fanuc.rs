@@ -107,7 +107,7 @@ fn instruction(line: usize, capitals: &str, relative: &mut HashSet<String>, used
     }
     for name in named {
         if name.starts_with("PR[") {
-            let reason = "the motion goes to a position register, which is no part of the file";
+            let reason = "the motion goes to a position register, which is not part of the file";
             scan.warn(line, name, reason, "use positions P[n], if they are to be compensated");
         } else if name.contains("R[") {
             scan.warn(line, name, "the number of the position is computed at run time", "check that it is one of this file");
@@ -171,7 +171,7 @@ type Frames = Option<(String, String)>;
 fn position(text: &Text, entry: &Entry, frames: &mut Frames, joints_as_in_robot_file: bool, scan: &mut Scan) {
     let (line, name) = (entry.line, entry.name.as_str());
     let Some(group) = group_1(text, entry) else {
-        return scan.unreadable(line, name, "it has no complete group GP1", "export the program anew");
+        return scan.unreadable(line, name, "it has no complete group GP1", "export the program again");
     };
     let quoted = find(text, group.clone(), b"'").and_then(|open| Some(open..find(text, open + 1..group.end, b"'")?));
     let mut parts = text.parts(group.start..quoted.as_ref().map_or(group.end, |q| q.start));
@@ -200,7 +200,7 @@ fn position(text: &Text, entry: &Entry, frames: &mut Frames, joints_as_in_robot_
     };
     let Some(numbers) = numbers else {
         let reason = "it is not taught, or not written in mm and deg";
-        return scan.unreadable(line, name, reason, "teach it, and export the program anew");
+        return scan.unreadable(line, name, reason, "teach it, and export the program again");
     };
     let layout = if joints { Layout::Degrees } else { Layout::FanucPose };
     let configuration = match quoted {

@@ -280,7 +280,7 @@ fn aggregate(text: &Text, statement: &Statement, pair: Brackets, uses: &Uses, sc
         if target.is_some_and(|name| uses.in_frames.contains(name)) {
             return;
         }
-        let reason = "it is no POS, E6POS, AXIS or E6AXIS, and no motion of the files given goes there";
+        let reason = "it is not a POS, E6POS, AXIS or E6AXIS, and no motion of the files given goes there";
         return scan.warn(line, name, reason, "give the file with its motions too, if it is a position");
     }
     if target.is_some() && uses.in_frames.contains(&name) {

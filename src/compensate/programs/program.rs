@@ -70,7 +70,7 @@ pub struct Program {
 /// When it cannot be read, is longer than 64 MiB, or is in UTF-16.
 pub fn read_program(path: &Path) -> Result<Program, FileError> {
     const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
-    let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is no robot program by its name", KNOWN))?;
+    let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is not a robot program, by its name", KNOWN))?;
     if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
@@ -81,7 +81,7 @@ pub fn read_program(path: &Path) -> Result<Program, FileError> {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
-        return Err(FileError::whole(path, "is no text of single bytes", "save it as UTF-8 or in the controller's code page"));
+        return Err(FileError::whole(path, "is not text of single bytes", "save it as UTF-8 or in the controller's code page"));
     }
     Ok(Program { path: path.into(), dialect, bytes })
 }

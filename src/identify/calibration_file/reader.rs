@@ -23,7 +23,7 @@ use crate::units::{DEG, MM, Unit};
 const BELIEVABLE: f64 = 1e6;
 
 /// The remedy of what no edit mends.
-const AGAIN: &str = "identify the robot again, and write the calibration anew";
+const AGAIN: &str = "identify the robot again, and write the calibration again";
 
 /// A field, what is wrong with it, and the remedy.
 type Wrong = (&'static str, String, String);
@@ -96,7 +96,7 @@ impl Reader<'_> {
 
     fn fitted_rows(&self) -> Result<FittedRows, FileError> {
         let rows = FittedRows::from_text(&self.file.fitted_rows);
-        rows.ok_or_else(|| self.wrong("fitted_rows", "is no list of digests in their order", "leave it out"))
+        rows.ok_or_else(|| self.wrong("fitted_rows", "is not a list of digests in order", "leave it out"))
     }
 
     fn robot(&self) -> Result<Robot, FileError> {
@@ -137,7 +137,7 @@ impl Reader<'_> {
         for (k, p) in self.file.parameter.iter().enumerate() {
             let named = |(field, problem, remedy): Wrong| self.wrong(&format!("parameter[{k}].{field}"), problem, &remedy);
             if estimates.iter().any(|e| e.name == p.name) {
-                return Err(named(("name", format!("'{}' stands twice", p.name), "keep one of the two".into())));
+                return Err(named(("name", format!("'{}' appears twice", p.name), "keep one of the two".into())));
             }
             estimates.push(checked(p, effects, subject).map_err(named)?);
         }
@@ -158,7 +158,7 @@ impl Reader<'_> {
         let known = Outcome::ALL.into_iter().find(|(_, n)| n == name).map(|(outcome, _)| outcome);
         known.map(Some).ok_or_else(|| {
             let names = Outcome::ALL.map(|(_, name)| name);
-            self.wrong("fit.outcome", format!("'{name}' is no outcome of a fit"), &name_remedy(name, &names))
+            self.wrong("fit.outcome", format!("'{name}' is not an outcome of a fit"), &name_remedy(name, &names))
         })
     }
 }
@@ -170,8 +170,7 @@ fn checked(p: &ParameterTable, effects: &[String], subject: &Subject<'_>) -> Res
             return Err((field, format!("is {number:e} {}, which no arm can have", p.unit), AGAIN.into()));
         }
     }
-    let unit =
-        Unit::from_symbol(&p.unit).ok_or_else(|| ("unit", format!("'{}' is no unit known here", p.unit), AGAIN.into()))?;
+    let unit = Unit::from_symbol(&p.unit).ok_or_else(|| ("unit", format!("'{}' is not a known unit", p.unit), AGAIN.into()))?;
     for (field, sigma) in [("sigma", Some(p.sigma)), ("sigma_noise", p.sigma_noise), ("stated_sigma", p.stated_sigma)] {
         if sigma.is_some_and(|s| s < 0.0) {
             return Err((field, "is negative".into(), AGAIN.into()));
@@ -208,7 +207,7 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
     let own = |name: &str| p.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('@'));
     let spec = effect.parameters().iter().find(|spec| own(&spec.name));
     let spec =
-        spec.ok_or_else(|| ("name", format!("'{}' is no parameter of effect '{}'", p.name, p.effect), AGAIN.to_owned()))?;
+        spec.ok_or_else(|| ("name", format!("'{}' is not a parameter of effect '{}'", p.name, p.effect), AGAIN.to_owned()))?;
     if quantity(spec.unit) == quantity(unit) {
         return Ok(());
     }

@@ -96,7 +96,7 @@ pub fn read_fleet(path: &Path) -> Result<Fleet, FileError> {
     for (k, p) in file.parameter.iter().enumerate() {
         let key = |field: &str| format!("parameter[{k}].{field}");
         let unit = Unit::ALL.into_iter().find(|unit| unit.symbol == p.unit);
-        let unit = unit.ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit of a parameter", p.unit)))?;
+        let unit = unit.ok_or_else(|| wrong(&key("unit"), format!("'{}' is not a unit of a parameter", p.unit)))?;
         if parameters.iter().any(|other| other.name == p.name) {
             return Err(wrong(&key("name"), format!("'{}' is there twice", p.name)));
         }

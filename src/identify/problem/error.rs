@@ -50,7 +50,7 @@ pub enum ProblemError {
         expression: String,
     },
     /// Samples of another campaign that was not made to the same plan.
-    #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out anew")]
+    #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out again")]
     AnotherPlan {
         /// The first that differs, or their number.
         found: String,

@@ -18,7 +18,7 @@ use crate::measure::dataset::file::write_dataset_with;
 
 use self::entry::Entry;
 use self::lines::{Broken, first_line, line, read_lines};
-use self::place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
+use self::place::{CAMPAIGN_JOURNAL, START_AGAIN, content, finished, free_or_own, probings};
 use super::{CampaignRecord, Conditions};
 use crate::files::disk::{sync_folder_of, write_whole};
 use crate::files::{FileError, FileErrorKind, cannot_be_written};
@@ -230,7 +230,7 @@ impl Journal {
                 Some(Entry::Probing(entry)) => {
                     let problem =
                         format!("has try {} of `{}` where try {attempt} of `{}` comes", entry.attempt, entry.pose, pose.id);
-                    return Err(FileError::whole(&self.path, problem, BEGIN_ANEW));
+                    return Err(FileError::whole(&self.path, problem, START_AGAIN));
                 }
             }
         }
@@ -257,7 +257,7 @@ impl Journal {
             Some(_) => {
                 // The first line contains the conditions, and later entries are still in the queue.
                 let number = self.lines - self.before.len();
-                let remedy = format!("go on with the program that wrote it; or {BEGIN_ANEW}");
+                let remedy = format!("go on with the program that wrote it; or {START_AGAIN}");
                 Err(FileError {
                     line: Some(number),
                     ..FileError::whole(&self.path, "the simulated cell does not do this again", remedy)
@@ -357,7 +357,7 @@ impl Intact {
             (0, Some(_), _) | (0, None, false) => Ok(Intact::default()),
             (_, Some(changed), _) => Err(changed.at(path)),
             (1.., ..) if !resume => {
-                let remedy = format!("resume it; or {BEGIN_ANEW}");
+                let remedy = format!("resume it; or {START_AGAIN}");
                 let error = FileError::whole(path, "holds a campaign that is not finished", remedy);
                 Err(FileError { kind: FileErrorKind::UnfinishedCampaign, ..error })
             }

@@ -29,7 +29,7 @@ pub trait Attendant {
 
 /// The attendant cancelled the mastering.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
-#[error("the mastering was called off")]
+#[error("the mastering was cancelled")]
 pub struct CalledOff;
 
 /// Settings and limits of the mastering, lengths in m.
@@ -146,7 +146,7 @@ pub enum MasteringError {
     },
     /// A free plunger has another reading than when the gauge was mastered.
     #[error(
-        "indicator {} reads {:.4} mm, not {:.4} mm as when nothing touched the mastered gauge; bring the arm clear, or master it anew",
+        "indicator {} reads {:.4} mm, not {:.4} mm as when nothing touched the mastered gauge; bring the arm clear, or master it again",
         axis + 1, free_reading / MM, expected / MM
     )]
     NotAsMastered {

@@ -241,7 +241,7 @@ impl Reading<'_> {
                 ));
             }
             if seen.contains(&name) {
-                return Err(self.wrong(at, format!("`{name}` stands twice"), "give every one its own name"));
+                return Err(self.wrong(at, format!("`{name}` appears twice"), "give every one its own name"));
             }
             seen.push(name);
         }

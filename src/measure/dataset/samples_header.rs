@@ -43,7 +43,7 @@ impl Header {
                 return Err(error("", format!("column {} has no name", place + 1), "name it, or remove it".into()));
             }
             if !seen.insert(name) {
-                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+                return Err(error(name, "appears twice in the header".into(), "keep one of them".into()));
             }
             if let Some(k) = known_names.iter().position(|n| n == name) {
                 header.place.insert(known[k], place);

@@ -99,7 +99,7 @@ pub enum PoolError {
         because: Refusals,
     },
     /// No posture is free.
-    #[error("no posture stands free: of {tried} tried, {because}")]
+    #[error("no posture is free of collision: of {tried} tried, {because}")]
     NoFreePose {
         /// Postures tried.
         tried: usize,
@@ -107,7 +107,7 @@ pub enum PoolError {
         because: Refusals,
     },
     /// The body named for a ball is not among the surroundings.
-    #[error("ball {ball}: nothing called '{body}' stands in the cell")]
+    #[error("ball {ball}: the cell has nothing called '{body}'")]
     UnknownBody {
         /// Name of the ball.
         ball: String,

@@ -181,7 +181,7 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> 
     let reading = Reading { path, text: &text, cell };
     if plan.format != PLAN_FORMAT {
         let problem = format!("is '{}', not '{PLAN_FORMAT}'", plan.format);
-        return Err(reading.wrong("format", problem, "make the plan anew"));
+        return Err(reading.wrong("format", problem, "make the plan again"));
     }
     if plan.robot != cell.robot_reference {
         let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);
@@ -231,7 +231,7 @@ impl Reading<'_> {
         }
         // NaN is outside as well.
         match robot.outside_limits(&q, 0.0) {
-            Some(joint) => Err(self.wrong(key, format!("joint {} is outside its limits", joint + 1), "make the plan anew")),
+            Some(joint) => Err(self.wrong(key, format!("joint {} is outside its limits", joint + 1), "make the plan again")),
             None => Ok(q),
         }
     }
@@ -244,7 +244,7 @@ impl Reading<'_> {
     fn pose(&self, k: usize, p: &PoseToml, before: &[PlannedPose]) -> Result<PlannedPose, FileError> {
         let key = |field: &str| format!("pose[{k}].{field}");
         if before.iter().any(|other| other.id == p.id) {
-            return Err(self.wrong(&key("id"), format!("'{}' stands twice", p.id), "give every pose its own id"));
+            return Err(self.wrong(&key("id"), format!("'{}' appears twice", p.id), "give every pose its own id"));
         }
         if [HOME, MASTERING].contains(&p.id.as_str()) {
             return Err(self.wrong(&key("id"), format!("'{}' is an end of ways", p.id), "give the pose another id"));
@@ -260,7 +260,7 @@ impl Reading<'_> {
         let approach = self.joints(&key("approach_deg"), &p.approach_deg)?;
         let via = self.via(&key("via_deg"), &p.via_deg)?;
         if p.clearance_mm.is_some_and(|gap| !gap.is_finite()) {
-            return Err(self.wrong(&key("clearance_mm"), "is not a finite number", "make the plan anew"));
+            return Err(self.wrong(&key("clearance_mm"), "is not a finite number", "make the plan again"));
         }
         if p.reverses.as_ref().is_some_and(|id| before.iter().all(|other| other.id != *id)) {
             return Err(self.wrong(&key("reverses"), "is not an earlier pose", "name a pose that comes before it"));
@@ -284,7 +284,7 @@ impl Reading<'_> {
             if plan.way.is_empty() && plan.mastering_deg.is_none() && poses.iter().all(|p| p.via.is_empty()) {
                 return Ok(None);
             }
-            return Err(self.wrong("home_deg", "is missing", "say where the ways begin, or make the plan anew"));
+            return Err(self.wrong("home_deg", "is missing", "say where the ways begin, or make the plan again"));
         };
         let home = self.joints("home_deg", home)?;
         let mut to = BTreeMap::new();
@@ -300,7 +300,7 @@ impl Reading<'_> {
             }
             let via = self.via(&key("via_deg"), &way.via_deg)?;
             if to.insert(way.to.clone(), Way { via, narrowest: None }).is_some() {
-                return Err(self.wrong(&key("to"), format!("'{}' stands twice", way.to), "give one way to each pose"));
+                return Err(self.wrong(&key("to"), format!("'{}' appears twice", way.to), "give one way to each pose"));
             }
         }
         let mastering = match (&plan.mastering_deg, to.remove(MASTERING)) {

@@ -14,14 +14,14 @@ const NAMED: usize = 3;
 #[non_exhaustive]
 pub enum StartError {
     /// The guards forbid motions of the plan; nothing has moved.
-    #[error("{}{}; nothing has moved; plan anew with `calibench plan CELL`, which keeps to the guards, or correct [guards]", motions.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; "), rest(motions.len()))]
+    #[error("{}{}; nothing has moved; plan again with `calibench plan CELL`, which keeps to the guards, or correct [guards]", motions.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; "), rest(motions.len()))]
     Forbidden {
         /// Each motion, and why it is forbidden.
         motions: Vec<String>,
     },
     /// The arm is on no motion of the plan, and the bodies around it are not known.
     #[error(
-        "the arm stands on no motion of the plan, and the cell names no scenario that knows what stands around it: {}",
+        "the arm is on no motion of the plan, and the cell names no scenario that knows what stands around it: {}",
         jog(home)
     )]
     BodiesUnknown {
@@ -29,7 +29,7 @@ pub enum StartError {
         home: String,
     },
     /// The arm is on no motion of the plan, and no clear path leads home.
-    #[error("the arm stands on no motion of the plan, and from there {blocked}: {}", jog(home))]
+    #[error("the arm is on no motion of the plan, and from there {blocked}: {}", jog(home))]
     Blocked {
         /// The obstacle.
         blocked: Blocked,

@@ -15,7 +15,7 @@ use crate::residuals::views::SeenSample;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum NoiseOf {
-    /// Stated in the dataset. The campaign came back to too few of its poses to tell what the robot repeats.
+    /// Stated in the dataset. The campaign came back to too few of its poses to estimate the robot's repeatability.
     Stated,
     /// Repeats of the campaign.
     Repeats(RepeatScatter),

@@ -59,17 +59,17 @@ pub(super) fn with_curves(datasets: &[(&str, &Dataset)], model: &Model) -> Resul
 pub(super) fn predicted(robot: &Calibration, (name, run): (&str, &Dataset)) -> Result<LeftOut, IdentifyError> {
     let postures = Postures::of(&[(name, run)], |_| true);
     let parts = PARTS.min(postures.count());
-    let anew = robot.set_up_anew();
+    let refitted = robot.set_up_anew();
     let mut errors: Vec<Vector3<f64>> = Vec::new();
     if parts < 2 {
-        errors = anew.predict(&[(name, run)], Use::All)?.residuals;
+        errors = refitted.predict(&[(name, run)], Use::All)?.residuals;
     }
     for part in 0..if parts < 2 { 0 } else { parts } {
         let mut divided = run.clone();
         for (sample, posture) in divided.samples.iter_mut().zip(postures.of_samples()) {
             sample.set = if posture % parts == part { SampleSet::Validation } else { SampleSet::Fit };
         }
-        errors.extend(anew.predict(&[(name, &divided)], Use::Validation)?.residuals);
+        errors.extend(refitted.predict(&[(name, &divided)], Use::Validation)?.residuals);
     }
     let lengths: Vec<f64> = errors.iter().map(|e| e.norm()).collect();
     Ok(LeftOut {

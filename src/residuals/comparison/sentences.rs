@@ -66,7 +66,7 @@ fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
         JointVariable::Time | JointVariable::Temperature => ("it drifts", "let the robot warm up"),
     };
     format!(
-        "Joint {} against the {} stands out ({}): its apparent angle error swings by {} µrad; {meaning}: {}.",
+        "Joint {} against the {} is significant ({}): its apparent angle error swings by {} µrad; {meaning}: {}.",
         curve.joint,
         variable_in_words(&curve.against.name()),
         explains(finding),
@@ -149,7 +149,7 @@ impl Comparison {
                 three(high / MM)
             ),
             None => format!(
-                "{balance}; {} mm is unexplained, but too few targets are no replicates to test that.",
+                "{balance}; {} mm is unexplained, but too few targets are without replicates to test that.",
                 three(unexplained / MM)
             ),
         })
@@ -159,12 +159,12 @@ impl Comparison {
         let mut said = Vec::new();
         if self.fit_relation.fitted {
             said.push(format!(
-                "The calibration was fitted to these rows: its {} free parameters{} have taken up what they could. A small residual is no \
-                 proof of accuracy elsewhere; only rows that were not fitted can give that.",
+                "The calibration was fitted to these rows: its {} free parameters{} have absorbed what they could. A small residual does not \
+                 prove accuracy elsewhere; only rows that were not fitted can.",
                 self.fit_relation.absorbed,
                 match self.fit_relation.held {
                     0 => String::new(),
-                    held => format!(", and {held} of which something is known beforehand,"),
+                    held => format!(", and {held} with prior knowledge,"),
                 }
             ));
         }
@@ -196,21 +196,21 @@ impl Comparison {
                 let name =
                     if self.several_datasets() { format!("{} of {}", ball.ball, ball.dataset) } else { ball.ball.clone() };
                 format!(
-                    "Ball {name} stands out ({explains}): it seems to stand {} µm (world axes) from its stated place. If no effect of the arm \
+                    "Ball {name} is significant ({explains}): it seems to be {} µm (world axes) from its stated place. If no effect of the arm \
                      explains it better (a diagnosis tries each), measure it again on the CMM, or leave its place to the fit (free = true).",
                     vector(sizes, sigmas, UM)
                 )
             }
             Subject::Tool(s) => format!(
-                "The tool{} stands out ({explains}): in its own axes the TCP seems {} µm off. If no effect of the arm explains it better (a \
+                "The tool{} is significant ({explains}): in its own axes the TCP seems {} µm off. If no effect of the arm explains it better (a \
                  diagnosis tries each), master the gauge again and check the TCP; if both are right, {}.",
                 self.place(s),
                 vector(sizes, sigmas, UM),
                 suggested(finding, "compare the scale of the artifact with that of the arm")
             ),
             Subject::World(s) => format!(
-                "The base{} stands out ({explains}): the robot seems moved by {} µm and turned by {} µrad (world axes). Where it or the \
-                 artifact was moved, find the base anew; where not, {}.",
+                "The base{} is significant ({explains}): the robot seems moved by {} µm and turned by {} µrad (world axes). Where it or the \
+                 artifact was moved, re-estimate the base; where not, {}.",
                 self.place(s),
                 vector(&sizes[..3], &sigmas[..3], UM),
                 vector(&sizes[3..], &sigmas[3..], URAD),
@@ -218,8 +218,8 @@ impl Comparison {
             ),
             Subject::Curve(c) => of_curve(finding, &self.joints[c]),
             Subject::Offset(k) => format!(
-                "Joint {} stands out ({explains}): it seems {} ± {} µrad ({:.3} deg) off wherever it stands. Check its zero mark; if it was \
-                 mastered anew since, identify again.",
+                "Joint {} is significant ({explains}): it seems {} ± {} µrad ({:.3} deg) off at every angle. Check its zero mark; if it was \
+                 mastered again since, identify again.",
                 self.offsets[k].joint,
                 three(sizes[0] / URAD),
                 three(sigmas[0] / URAD),
@@ -261,17 +261,17 @@ impl Comparison {
         if self.findings.is_empty() {
             return Some(match (missing, known) {
                 (true, true) => {
-                    "No ball, tool, base, joint or sample stands out: what is unexplained comes from several causes, follows \
+                    "No ball, tool, base, joint or sample is significant: what is unexplained comes from several causes, follows \
                                  something that is not shown here, or is noise beyond the stated; a diagnosis tells which."
                         .into()
                 }
-                (true, false) => "No ball, tool, base, joint or sample stands out from the rest.".into(),
-                (false, _) => "Nothing stands out: the residual is noise.".into(),
+                (true, false) => "No ball, tool, base, joint or sample differs significantly from the rest.".into(),
+                (false, _) => "Nothing is significant: the residual is noise.".into(),
             });
         }
         let left = match self.findings.len() {
-            1 => "With that taken away",
-            _ => "Each of these shares is beyond those before it; with all taken away",
+            1 => "With that removed",
+            _ => "Each of these shares is in addition to those before it; with all removed",
         };
         let rms = three(self.rms * self.left.sqrt() / MM);
         Some(match self.lack_of_fit.noise_left.filter(|_| known) {

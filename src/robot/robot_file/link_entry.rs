@@ -128,10 +128,10 @@ impl LinkEntry {
     pub fn check(&self, i: usize) -> Result<(), Fault> {
         let key = |name: &str| format!("link[{i}].{name}");
         let Some(kind) = self.kind() else {
-            return Err((key("kind"), "is no kind of joint", "write 'revolute' or 'prismatic'"));
+            return Err((key("kind"), "is not a kind of joint", "write 'revolute' or 'prismatic'"));
         };
         if self.sign.is_some_and(|sign| sign.abs() != 1.0) {
-            return Err((key("sign"), "is no sign", "write 1, or -1 for a joint that counts the other way"));
+            return Err((key("sign"), "is not a sign", "write 1, or -1 for a joint that counts the other way"));
         }
         let numbers = [
             ("alpha_deg", self.alpha_deg),

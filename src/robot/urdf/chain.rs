@@ -50,7 +50,7 @@ impl<'a> UrdfChain<'a> {
             None => far_end(document, base, path)?,
         };
         let Some(joints) = path_between(document, base, tool) else {
-            let problem = format!("link '{}' does not hang on link '{}'", names[tool], names[base]);
+            let problem = format!("link '{}' is not carried by link '{}'", names[tool], names[base]);
             return Err(FileError::whole(path, problem, "name the base link first, then a link that it carries"));
         };
         let chain = UrdfChain { document, base, tool, joints };
@@ -135,7 +135,7 @@ impl<'a> UrdfChain<'a> {
     }
 }
 
-/// The only link that hangs on no joint.
+/// The only link that is the child of no joint.
 fn root(document: &UrdfDocument, path: &Path) -> Result<usize, FileError> {
     let roots: Vec<usize> =
         (0..document.links.len()).filter(|&k| document.joints.iter().all(|joint| joint.child != k)).collect();
@@ -144,7 +144,7 @@ fn root(document: &UrdfDocument, path: &Path) -> Result<usize, FileError> {
         // There are no loops, so there is at least one.
         several => {
             let names: Vec<&str> = several.iter().map(|&k| document.links[k].name.as_str()).collect();
-            let problem = format!("several links hang on no joint: {}", names.join(", "));
+            let problem = format!("several links are the child of no joint: {}", names.join(", "));
             Err(FileError::whole(path, problem, "name the base link"))
         }
     }

@@ -110,7 +110,7 @@ impl UrdfDocument {
     pub fn read(path: &Path, text: &str) -> Result<Self, FileError> {
         let xml = Document::parse(text).map_err(|e| FileError {
             line: Some(e.pos().row as usize),
-            ..FileError::whole(path, format!("is no XML: {e}"), "give the file as the robot's package has it")
+            ..FileError::whole(path, format!("is not XML: {e}"), "give the file as the robot's package has it")
         })?;
         Reader { path, xml: &xml }.document()
     }
@@ -155,7 +155,7 @@ impl Reader<'_> {
                 return Err(self.wrong(node, "joint", problem, "give every joint its own name"));
             }
             if let Some(other) = joints.iter().find(|other| other.child == joint.child) {
-                let problem = format!("'{}' hangs on joint '{}' already", links[joint.child].name, other.name);
+                let problem = format!("'{}' is the child of joint '{}' already", links[joint.child].name, other.name);
                 return Err(self.wrong(
                     node,
                     "joint",
@@ -168,8 +168,9 @@ impl Reader<'_> {
                 at = above.parent;
             }
             if at == joint.child {
-                let problem = format!("closes a loop: '{}' hangs on '{}' already", links[joint.parent].name, links[at].name);
-                return Err(self.wrong(node, "joint", problem, "a chain has no loops: let no link hang on itself"));
+                let problem =
+                    format!("closes a loop: '{}' is carried by '{}' already", links[joint.parent].name, links[at].name);
+                return Err(self.wrong(node, "joint", problem, "a chain has no loops: let no link carry itself"));
             }
             joints.push(joint);
         }
@@ -184,7 +185,7 @@ impl Reader<'_> {
             return Err(self.wrong(
                 node,
                 "type",
-                format!("'{kind}' of joint '{name}' is no joint type"),
+                format!("'{kind}' of joint '{name}' is not a joint type"),
                 &format!("use {known}"),
             ));
         };

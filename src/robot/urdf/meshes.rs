@@ -25,7 +25,7 @@ pub fn missing_meshes(path: &Path) -> Result<Vec<MissingMesh>, FileError> {
     let text = read_text(path)?;
     let xml = Document::parse(&text).map_err(|e| FileError {
         line: Some(e.pos().row as usize),
-        ..FileError::whole(path, format!("is no XML: {e}"), "give the file as the robot's package has it")
+        ..FileError::whole(path, format!("is not XML: {e}"), "give the file as the robot's package has it")
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let named = xml.descendants().filter(|node| node.has_tag_name("mesh"));

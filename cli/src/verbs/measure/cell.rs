@@ -96,7 +96,7 @@ pub fn run(
     }
     let left = wanted(poses).saturating_sub(journal.done_before());
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
-    operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+    operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
     let log = motion_log(output)?;
     let mut guarded =
         Guarded::new(OffsetClock::new(robot.as_mut(), from_s), cell.guards.clone(), operator.stop(), Box::new(log));
@@ -141,10 +141,10 @@ fn open_journal(
             if arguments.accept_changes {
                 note(&format!("{changed}: accepted"));
             } else if arguments.operated.yes {
-                return Err(format!("{changed}; say --accept-changes to go on so, or put it back").into());
+                return Err(format!("{changed}; give --accept-changes to continue with the change, or undo it").into());
             } else {
-                let question = format!("{changed}. Go on so?");
-                operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+                let question = format!("{changed}. Continue with the change?");
+                operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
             }
             Journal::open_changed(output, under)?
         }

@@ -41,7 +41,7 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan) -> Result<Outcome, Failure> {
     }
     if forbidden > 0 {
         return Err(
-            format!("{forbidden} motions are forbidden by the guards of the cell; plan anew, or correct [guards]").into()
+            format!("{forbidden} motions are forbidden by the guards of the cell; plan again, or correct [guards]").into()
         );
     }
     Ok(Outcome::Done)

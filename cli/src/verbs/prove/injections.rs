@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut subject = Subject::new(&named, &model, noise, arguments.seed).map_err(locate)?;
     subject.only(&arguments.effects).map_err(|name| {
         format!(
-            "--effect {name}: is no effect that these data can test beside the model; `calibench effects` lists the catalogue"
+            "--effect {name}: is not an effect that these data can test in addition to the model; `calibench effects` lists the catalogue"
         )
     })?;
     drop(waiting);

@@ -162,7 +162,7 @@ fn missed(trial: &Injected) -> String {
     let instead = match (trial.first.as_str(), trial.found) {
         ("", false) => "not found".to_owned(),
         ("", true) => "found, but not named".to_owned(),
-        (other, _) => format!("taken for {other}"),
+        (other, _) => format!("mistaken for {other}"),
     };
     let from = match trial.detectable_from {
         Some(size) if size > 1.0 => format!("; seen from {size:.1} plausible sizes"),

@@ -48,10 +48,12 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     cell.speed_percent = arguments.operated.speed.unwrap_or(cell.speed_percent);
     let planned = read_plan(plan, &cell.dataset)?;
     let Some(ways) = planned.ways.clone() else {
-        let remedy = "plan anew with `calibench plan CELL`";
-        return Err(
-            format!("{}: holds no ways home, by which the arm gets from posture to posture; {remedy}", plan.display()).into()
-        );
+        let remedy = "plan again with `calibench plan CELL`";
+        return Err(format!(
+            "{}: contains no ways home, by which the arm gets from posture to posture; {remedy}",
+            plan.display()
+        )
+        .into());
     };
     let stations = stations(&cell, &planned.poses, asked)?;
     preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
@@ -69,7 +71,7 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
         "The robot will go back to each of {count} postures again and again at {} %. Is the cell clear?",
         cell.speed_percent
     );
-    operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+    operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
     let mut guarded = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(|_: &MotionRecord| ()));
     let before = GaugeState { session: None, mastered: arguments.operated.mastered, moved: false };
     let (session, stands) =
@@ -97,7 +99,7 @@ fn stations(cell: &Cell, poses: &[PlannedPose], asked: &Asked<'_>) -> Result<Vec
     let usable = poses.iter().filter(|pose| pose.payload == first && pose.reverses.is_none() && balls.contains(&pose.ball));
     let all = usable.map(|pose| Station::new(&model.robot, &model.base, &model.tool, pose.clone())).collect();
     let mut chosen = most_telling(model, all, &balls, asked.postures)
-        .map_err(|e| format!("{e}; ask for fewer with --postures, or plan more"))?;
+        .map_err(|e| format!("{e}; request fewer with --postures, or plan more"))?;
     chosen.sort_by_key(|station| poses.iter().position(|pose| pose.id == station.pose.id));
     Ok(chosen)
 }

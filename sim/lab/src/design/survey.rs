@@ -77,7 +77,7 @@ fn kept_pools(layouts: &Layouts<'_>, watcher: &dyn Watcher) -> Result<Vec<Datase
         watcher.step();
         found.ok_or_else(|| {
             let problem = format!("ball '{}' cannot be probed", workshop.scenario.ball_ids()[*ball]);
-            workshop.document.wrong("design.fixed", problem, "place it anew")
+            workshop.document.wrong("design.fixed", problem, "move it")
         })
     };
     workshop.kept.iter().enumerate().map(of_ball).collect()

@@ -74,7 +74,7 @@ impl Source {
             Source::Geometry => "gauge: tilt, squareness, concurrency",
             Source::Diameter => "balls: diameter",
             Source::Form => "balls: form",
-            Source::Tolerance => "left over within the stop tolerance",
+            Source::Tolerance => "remainder within the stop tolerance",
             Source::ArmStep => "small arm: step, small motions",
             Source::ArmDrift => "small arm: drift",
             Source::Cmm => "CMM: centre of a ball",

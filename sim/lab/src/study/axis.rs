@@ -63,7 +63,7 @@ impl Written<'_> {
         let key = self.key("key", text)?;
         let [from, to] = ends;
         if from >= to || (scale == Scale::Log && from <= 0.0) {
-            let problem = format!("{from} to {to} is no such range");
+            let problem = format!("{from} to {to} is not such a range");
             return Err(self.wrong("from", problem, "give from below to, above zero where scale = \"log\""));
         }
         let levels = match (self.design, steps) {
@@ -79,7 +79,7 @@ impl Written<'_> {
             Some(Value::Integer(_)) => true,
             Some(Value::Float(_)) | None => false,
             Some(_) => {
-                let problem = format!("what the scenario has at `{text}` is no number");
+                let problem = format!("what the scenario has at `{text}` is not a number");
                 return Err(self.wrong("key", problem, "give `values` or cases"));
             }
         };

@@ -352,7 +352,7 @@ function numbers() {
     median("mean, mm", "mean_mm"),
     median("max, mm", "max_mm"),
     median("std, mm", "std_mm"),
-    median("as drawn, mean, mm", "before_mean_mm"),
+    median("uncalibrated, mean, mm", "before_mean_mm"),
     median("cell time, min", "cell_s", 60),
     ["intervals that held the truth", held],
   ];
@@ -398,7 +398,7 @@ byId("head").append(
   element(
     "p",
     { class: "means" },
-    `${study.trials} trials${each}, seed ${study.seed}. A trial is the whole procedure, every error drawn anew.`,
+    `${study.trials} trials${each}, seed ${study.seed}. A trial is the whole procedure, every error sampled again.`,
   ),
 );
 const sections = [

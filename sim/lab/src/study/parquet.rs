@@ -122,7 +122,7 @@ fn write_group<W: std::io::Write + Send>(
         let there = || rows.iter().map(|row| &row[k]);
         let levels: Vec<i16> = there().map(|v| i16::from(!v.is_empty())).collect();
         let values = there().filter(|v| !v.is_empty());
-        let unread = |v: &str| ParquetError::General(format!("'{v}' is no number"));
+        let unread = |v: &str| ParquetError::General(format!("'{v}' is not a number"));
         match holds {
             Holds::Whole => {
                 // Parquet preserves the bits.

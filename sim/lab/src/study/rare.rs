@@ -23,7 +23,7 @@ const UNDRAWN: u64 = 16;
 pub(super) fn tilt(scenario: &Scenario, plans: &Plans, methods: Methods, share: f64) -> Result<Tilt, String> {
     let drawn = scenario.truth().drawn_count();
     if drawn == 0 {
-        return Err("draws no error of the robot: all robots are alike".into());
+        return Err("samples no error of the robot: all robots are alike".into());
     }
     let method = if methods == Methods::Tracker { Methods::Tracker } else { Methods::Trical };
     let errors = |drawn: DVector<f64>, number: u64| errors(scenario, plans, method, drawn, Extent::END + number);
@@ -32,7 +32,7 @@ pub(super) fn tilt(scenario: &Scenario, plans: &Plans, methods: Methods, share: 
     let failed = undrawn.iter().find_map(|e| e.as_ref().err()).cloned();
     let undrawn: Vec<DVector<f64>> = undrawn.into_iter().flatten().collect();
     let Some(first) = undrawn.first() else {
-        return Err(format!("cannot be calibrated without its drawn errors: {}", failed.unwrap_or_default()));
+        return Err(format!("cannot be calibrated without its sampled errors: {}", failed.unwrap_or_default()));
     };
     let offset = undrawn.iter().fold(DVector::zeros(first.len()), |sum, e| sum + e) / undrawn.len() as f64;
     let columns: Vec<DVector<f64>> = (0..drawn)
@@ -47,7 +47,7 @@ pub(super) fn tilt(scenario: &Scenario, plans: &Plans, methods: Methods, share: 
         })
         .collect();
     let form = QuadraticForm::of(&DMatrix::from_columns(&columns), &offset);
-    Tilt::towards(form, share).ok_or_else(|| "has drawn errors that change no error at the validation poses".into())
+    Tilt::towards(form, share).ok_or_else(|| "has sampled errors that change no error at the validation poses".into())
 }
 
 /// Errors at the validation poses after the calibration of the robot with these sampled errors, three components a pose, m.

@@ -67,7 +67,7 @@ impl RowsReader {
         let (Some(points), Some(point), Some(trial), Some(method), Some(methods)) =
             (at("points"), at("point"), at("trial"), at("method"), at(METHODS))
         else {
-            return Err(FileError::whole(path, "is no table of a study", "name a file that `study` wrote, or a new one"));
+            return Err(FileError::whole(path, "is not a table of a study", "name a file that `study` wrote, or a new one"));
         };
         let place = Places { points, point, trial, method, methods };
         let whole = reader.position().byte();
@@ -126,7 +126,7 @@ impl RowsReader {
         if !in_place {
             let line = self.record.position().map(|p| p.line() as usize);
             let problem = "is not the row that must follow";
-            let remedy = "the table was changed after it was written: make it anew";
+            let remedy = "the table was changed after it was written: make it again";
             return Err(FileError { line, field: "trial".into(), ..FileError::whole(&self.path, problem, remedy) });
         }
         self.rows += 1;
@@ -204,7 +204,8 @@ impl RowsFile {
         } else {
             file.rewind().map_err(unwritable)?;
             let mut reader = RowsReader::of(file.try_clone().map_err(unwritable)?, path)?;
-            let other = |problem: String| Err(FileError::whole(path, problem, "remove it to begin anew, or name another file"));
+            let other =
+                |problem: String| Err(FileError::whole(path, problem, "remove it to start again, or name another file"));
             // The rows of an incomplete trial are dropped.
             let mut pending = Vec::new();
             while let Some(record) = reader.next_row()? {
@@ -272,5 +273,5 @@ fn end_of_lines(file: &mut File) -> std::io::Result<u64> {
 
 fn not_csv(path: &Path, e: &csv::Error) -> FileError {
     let line = e.position().map(|p| p.line() as usize);
-    FileError { line, ..FileError::whole(path, format!("is no table: {e}"), "name a file that `study` wrote") }
+    FileError { line, ..FileError::whole(path, format!("is not a table: {e}"), "name a file that `study` wrote") }
 }

@@ -30,7 +30,7 @@ pub(super) const CAMPAIGN_JOURNAL: &str = "campaign.journal";
 const LONGEST: u64 = 64 << 20;
 
 /// Remedy for a journal that cannot be continued.
-pub(super) const BEGIN_ANEW: &str = "name another dataset, or remove the journal to begin anew";
+pub(super) const START_AGAIN: &str = "name another dataset, or remove the journal to start again";
 
 /// Number of probings of the finished campaign in the dataset, if it is this campaign and nothing remains to be done.
 pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -> Result<Option<usize>, FileError> {
@@ -85,7 +85,7 @@ impl Changed {
                 format!("was {}, and is {} now", shown(self.was), shown(self.is))
             }
         };
-        let remedy = format!("go on under the conditions that it was begun with; or {BEGIN_ANEW}");
+        let remedy = format!("go on under the conditions that it was begun with; or {START_AGAIN}");
         FileError { line: Some(1), field: self.name, ..FileError::whole(path, problem, remedy) }
     }
 }
@@ -97,7 +97,7 @@ impl Broken {
             ..FileError::whole(path, problem, remedy)
         };
         match *self {
-            Broken::Damaged(1) => at(1, "the line is not as it was written", format!("restore it; or {BEGIN_ANEW}")),
+            Broken::Damaged(1) => at(1, "the line is not as it was written", format!("restore it; or {START_AGAIN}")),
             Broken::Damaged(line) => {
                 let remedy = "restore it; or remove this line and all after it, whose probings are then done again";
                 at(line, "the line is not as it was written", remedy.into())
@@ -105,7 +105,9 @@ impl Broken {
             Broken::Unknown(line) => {
                 at(line, "the line says something unknown", "read it with the program that wrote it".into())
             }
-            Broken::Unbegun | Broken::Foreign => FileError::whole(path, "is no journal of a campaign", "name another dataset"),
+            Broken::Unbegun | Broken::Foreign => {
+                FileError::whole(path, "is not a journal of a campaign", "name another dataset")
+            }
         }
     }
 }

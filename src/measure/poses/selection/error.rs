@@ -33,7 +33,7 @@ pub enum SelectionError {
         column: usize,
     },
     /// A group has fewer candidates than poses requested.
-    #[error("{requested} poses are wanted of group {group}, which has {available} candidates")]
+    #[error("{requested} poses are requested of group {group}, which has {available} candidates")]
     TooFewCandidates {
         /// Group; 0 if groups are ignored.
         group: usize,
@@ -57,7 +57,9 @@ pub enum SelectionError {
         candidate: usize,
     },
     /// The best poses available cannot separate the parameters.
-    #[error("the poses found cannot tell all parameters apart (condition number {condition:.1e}); leave out what is redundant")]
+    #[error(
+        "the poses found cannot distinguish all parameters (condition number {condition:.1e}); leave out what is redundant"
+    )]
     NotIdentifiable {
         /// Condition number of the Jacobian of the poses, columns at equal scale.
         condition: f64,

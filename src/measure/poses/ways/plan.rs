@@ -62,7 +62,7 @@ impl HomeWays {
 #[non_exhaustive]
 pub enum WaysError {
     /// No posture of the arm is clear by the margin.
-    #[error("no posture of the arm stands clear of everything, from which its ways could begin")]
+    #[error("no posture of the arm is clear of everything, from which its ways could begin")]
     NoHome,
     /// Some poses cannot be reached without contact; there is at least one.
     #[error("{}", .0.iter().take(3).map(ToString::to_string).collect::<Vec<_>>().join("; "))]
