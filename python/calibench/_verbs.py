@@ -55,7 +55,7 @@ def compare(calibration: Calibration | StrPath, data: Data, *, rows: str = "fit"
     """Locates the errors of a calibration. ``rows`` are ``fit``, ``validation`` or ``all``."""
     of_rows = {"fit": [], "validation": ["--validation"], "all": ["--all"]}
     if rows not in of_rows:
-        raise InputError(f"rows: '{rows}' are no rows; give one of {', '.join(of_rows)}")
+        raise InputError(f"rows: '{rows}' is not a choice of rows; give one of {', '.join(of_rows)}")
     return Result(["compare", calibration, *_several(data), *of_rows[rows], *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
 
 

@@ -37,7 +37,7 @@ pub fn what_to_do(condition: &Condition) -> &'static str {
         Condition::BaseMoved => "look at the bolts of base and artifact; whichever moved is measured again, the robot is not",
         Condition::BallMoved(_) => "look at its seat and bolt; leave it out until it is certified again",
         Condition::TargetMoved(_) => "look at its nest and magnet, then measure the tool again",
-        Condition::JointSlipped(_) => "master this joint again, and ask for a crash, a belt or an exchanged motor",
+        Condition::JointSlipped(_) => "master this joint again, and ask about a crash, a belt or an exchanged motor",
         Condition::Warm => "let the arm run as long as before the calibration, then check again",
         Condition::OtherPayload => "weigh what the flange carries, and enter it",
         Condition::SingleSample(_) => "clean ball and plungers, and measure it again",
@@ -237,7 +237,7 @@ fn noise_words(noise: &NoiseOf) -> String {
                 format!("; from visit to visit {} (1 sigma)", joints.join(", "))
             };
             let rare = if scatter.tails > 1.05 {
-                format!("; taken {:.1} times as large for the rare ones among them", scatter.tails)
+                format!("; enlarged {:.1} times for the rare ones among them", scatter.tails)
             } else {
                 String::new()
             };

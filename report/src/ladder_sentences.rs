@@ -179,7 +179,7 @@ fn unconverged(ladder: &Ladder) -> Option<Outcome> {
 /// States that a fit that did not converge permits no conclusion, with the remedy.
 pub fn unconverged_sentence(outcome: Outcome) -> String {
     format!(
-        "the fit {}. Nothing said of it holds, and nothing is recommended: measure more postures, or fit fewer effects.",
+        "the fit {}. It supports no conclusion, and nothing is recommended: measure more postures, or fit fewer effects.",
         outcome.in_words()
     )
 }
@@ -193,7 +193,7 @@ fn what_to_use(ladder: &Ladder) -> String {
         ChoiceKind::StepsAndCurves => "the last step and the error curves of all joints".to_owned(),
         ChoiceKind::Library => {
             let effects = ladder.recommendation.choice().added.len();
-            format!("the whole library ({effects} effects, each held to the size that the data give it)")
+            format!("the whole library ({effects} effects, each constrained to the size that the data give it)")
         }
     }
 }

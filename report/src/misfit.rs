@@ -33,7 +33,7 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
             let others: Vec<&str> = slips.iter().skip(1).map(|s| s.slip.as_str()).collect();
             let or = match others.as_slice() {
                 [] => String::new(),
-                others => format!(", and these data cannot tell it from {}", others.join(", ")),
+                others => format!(", and these data cannot distinguish it from {}", others.join(", ")),
             };
             let why = if *within_expected { ", and a slip would explain it" } else { "" };
             let first = slips.first().map_or(String::new(), |s| format!("{} leaves {}", s.words, length(s.residual)));

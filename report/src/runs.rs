@@ -70,7 +70,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
             Pattern::Drift => runs[0],
         };
         return format!(
-            "{} is another in {run} than in the rest: {amounts} ({test}). The model lacks it, and it is refused, since it is not of the robot in all runs: ask what was different in {run}.",
+            "{} differs in {run} from the rest: {amounts} ({test}). The model lacks it, and it is refused, since it is not of the robot in all runs: find out what was different in {run}.",
             called(&difference.effect)
         );
     }
@@ -211,7 +211,7 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
         let (named, others) = difference.aliased.split_at(difference.aliased.len().min(MOST_ALIASES));
         if !named.is_empty() {
             let more = if others.is_empty() { String::new() } else { format!("; and {} others", others.len()) };
-            out.push_str(&format!("  These runs cannot tell it from: {}{more}.\n", named.join("; ")));
+            out.push_str(&format!("  These runs cannot distinguish it from: {}{more}.\n", named.join("; ")));
         }
     }
     out.push_str(&verdict_sentence(c));

@@ -112,7 +112,7 @@ impl fmt::Display for NoForecast {
             },
             NoForecast::NoPose => f.write_str(": no pose of the robot is clear of itself."),
             NoForecast::OtherRows => f.write_str(
-                " from these data: it takes the rows to which the calibration was fitted; name their dataset as well.",
+                " from these data: it needs the rows to which the calibration was fitted; name their dataset as well.",
             ),
             NoForecast::Failed(e) => write!(f, ": {e}."),
         }

@@ -295,7 +295,7 @@ impl<'a> Compensator<'a> {
             sentences.push(format!("the robot is as it was at the end of the measured session ({ids})"));
         }
         if let Some(ids) = needing(Needs::Approach).filter(|_| unsaid(|c| c.approach.is_some())) {
-            sentences.push(format!("every joint stands midway between what it does coming from either side ({ids})"));
+            sentences.push(format!("every joint is midway between its positions approached from either side ({ids})"));
         }
         if let Some(ids) = needing(Needs::Commanded) {
             sentences.push(format!("the joints are at the commanded angles ({ids})"));

@@ -143,7 +143,7 @@ pub enum Unplaced {
         needs: &'static str,
     },
     /// The model already contains the effect at every place.
-    #[error("no place for it is left that the model does not hold")]
+    #[error("the model contains it at every place already")]
     NoneLeft,
     /// The scan could not be computed.
     #[error(transparent)]

@@ -105,7 +105,7 @@ pub enum CheckError {
         second: String,
     },
     /// Nothing was found at so few poses, which does not say that nothing has changed.
-    #[error("too few poses to say that nothing has changed: a check takes at least three, and this is of {poses}")]
+    #[error("too few poses to say that nothing has changed: a check needs at least three, and this one has {poses}")]
     TooFewPoses {
         /// Number of different poses.
         poses: usize,

@@ -72,7 +72,7 @@ pub fn suite_text(t: &Tally) -> String {
     rows.extend(t.clutter_claimed.iter().map(|(case, share)| row(&format!("{case}: an effect claimed"), *share)));
     rows.push(row("every effect at once: the largest contributor named", t.largest_contributor));
     rows.push(row("  workspace error predicted within 25 %", t.predicted_within_25_percent));
-    rows.extend(t.unknown_said_so.iter().map(|(case, share)| row(&format!("{case}: said so"), *share)));
+    rows.extend(t.unknown_said_so.iter().map(|(case, share)| row(&format!("{case}: reported"), *share)));
     rows.extend(t.unknown_joint.iter().map(|(case, share)| row(&format!("{case}: the joint right"), *share)));
     let mut out = format!("{} blind trials\n\n", t.trials);
     out.push_str(&plain_table(&["what", "trials", "share"], &rows));

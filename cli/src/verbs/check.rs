@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let then = (name.as_str(), &campaign);
     let reference = CheckReference::new(&calibration, then).map_err(|e| located(&arguments.then, &e))?;
     if !reference.is_as_calibrated() {
-        note("The campaign is not the one that was calibrated: what is said holds since the campaign.");
+        note("The campaign is not the one that was calibrated: the verdict refers to the time since the campaign.");
     }
     if let Some(folder) = &arguments.dataset {
         return judge(arguments, &reference, &calibration.robot.name, folder);

@@ -121,7 +121,7 @@ fn write_fakes(
     }
     if matches!(krl, Some(None)) {
         warn(
-            "warning: no KRL module was written: a program with a hole in it is another program; take the targets out that are refused",
+            "warning: no KRL module was written: a program with a gap is another program; remove the targets that are refused",
         );
     }
     Ok(beyond)

@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !layout.is_known {
         let balls = if datasets.iter().all(|(_, d)| d.balls.is_empty()) { "" } else { " and balls" };
         print(&format!(
-            "Nothing but the robot{balls} is known to stand in the cell: look at every pose before it is driven, or name a scenario."
+            "Nothing but the robot{balls} is known to be in the cell: inspect every pose before it is driven, or name a scenario."
         ))?;
     }
     written.iter().try_for_each(|line| print_answer(line))?;

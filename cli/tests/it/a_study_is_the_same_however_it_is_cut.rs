@@ -152,7 +152,7 @@ fn a_study_that_was_cut_goes_on_wherever_it_was() {
     // Mismatches are refused, and the file stays unchanged.
     refused(&folder, &arguments, "holds more than 4 trials");
     refused(&folder, &["study", "s.toml", "--trials", "9", "--first", "1", "-o", "cut.csv"], "begins with trial 0, not 1");
-    refused(&folder, &["study", "s.toml", "--trials", "9", "--seed", "7", "-o", "cut.csv"], "holds trials of quick-");
+    refused(&folder, &["study", "s.toml", "--trials", "9", "--seed", "7", "-o", "cut.csv"], "contains trials of quick-");
     let path = folder.path().join("s.toml");
     fs::write(&path, fs::read_to_string(&path).unwrap().replace("100.0", "101.0")).unwrap();
     refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "cut.csv"], "as it is now");
@@ -238,7 +238,7 @@ fn a_diagnosed_study_says_what_every_trial_would_have_been_told() {
     let text = String::from_utf8(bytes(&folder, "d.csv")).unwrap();
     assert!(text.lines().next().unwrap().contains(",cell_s,verdict,finding,z_"));
     // The options are part of the study's identity: rows with others are not mixed in.
-    refused(&folder, &["study", "s.toml", "--trials", "3", "-o", "d.csv"], "holds trials of");
+    refused(&folder, &["study", "s.toml", "--trials", "3", "-o", "d.csv"], "contains trials of");
 }
 
 /// A table of 100,000 trials, 100 MB, is continued and summarised in a fraction of that memory: keeping the rows would show.

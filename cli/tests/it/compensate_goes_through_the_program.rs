@@ -246,7 +246,7 @@ fn bad_input_ends_in_one_clear_error() {
         (POSES.into(), with(&["--tool", "1e6,0,0,0,0,0"]), &["--tool", "as in no cell"]),
         (POSES.into(), with(&["--base", "1e9,0,0,0,0,0"]), &["--base", "as in no cell"]),
         (METRES.into(), with(&[]), &["t.csv: x_mm", "metres", "in mm"]),
-        (POSES.into(), with(&["--load=-1,0,0,0"]), &["--load", "less than nothing"]),
+        (POSES.into(), with(&["--load=-1,0,0,0"]), &["--load", "a mass is not negative"]),
         (POSES.into(), with(&["--session", "monday"]), &["c.toml", "no set-up 'monday'"]),
         (
             POSES.replace("id,", "id,payload,").replace("p-1,", "p-1,lead,").replace("last,", "last,,"),

@@ -108,7 +108,7 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
         (&["weld.src", "weld.dat", "-o", "a.ls"], "name a folder"),
         (&["weld.src", "-o", "new.src", "--krl", "m"], "--krl"),
         (&["t.csv", "-o", "new.csv", "--partly"], "--partly"),
-        (&["a.ls", "-o", "new"], "holds no position that is written out"),
+        (&["a.ls", "-o", "new"], "contains no position that is written out"),
     ] {
         let told = calibench(folder.path(), &[&["compensate", "c.toml"], arguments].concat());
         assert_eq!(told.status.code(), Some(2), "{arguments:?}: {}", words(&told));

@@ -155,7 +155,7 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
 
     // The next experiment, and its plan.
     let unasked = bench.ask("POST", "/api/save-plan", &[], "{}");
-    assert!(unasked.status == 422 && unasked.body.contains("ask for the next experiment first"), "{}", unasked.body);
+    assert!(unasked.status == 422 && unasked.body.contains("request the next experiment first"), "{}", unasked.body);
     fs::write(at.join("begin.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]\n").unwrap();
     let verb = printed(&at, &["next", "trical", "--model", "begin.toml", "--json", "-o", "next.toml"]);
     let next = bench.act("next", &json!({}));

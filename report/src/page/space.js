@@ -155,7 +155,7 @@ function enlarger(usual, view, paint) {
   const set = () => {
     const exact = usual * 10 ** Number(input.value);
     view.enlarged = Number(exact.toPrecision(exact > 100 ? 2 : 1));
-    factor.textContent = `drawn ${view.enlarged.toLocaleString("en")} times as long as they are`;
+    factor.textContent = `magnified ${view.enlarged.toLocaleString("en")}×`;
     paint();
   };
   input.addEventListener("input", set);

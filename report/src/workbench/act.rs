@@ -306,7 +306,7 @@ impl Bench {
     pub fn save_plan(&self) -> Result<Saved, Refusal> {
         let here = self.here();
         let Some(proposal) = self.state().set_mut(&here).and_then(|set| set.proposal.clone()) else {
-            return Err(Refusal::field("next", "ask for the next experiment first"));
+            return Err(Refusal::field("next", "request the next experiment first"));
         };
         let reference = &self.case.datasets[here.chosen[0]].1.robot_reference;
         match self.place.save_plan(&proposal, reference)? {

@@ -39,7 +39,7 @@ pub fn write_proposal(
         written.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
         if plan.ways.is_none() {
             written.push(
-                "what stands in the cell is not known: the plan contains no ways, and its motions may touch something".into(),
+                "the bodies in the cell are not known: the plan contains no ways, and its motions may touch something".into(),
             );
         }
     }

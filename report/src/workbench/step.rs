@@ -104,7 +104,7 @@ impl Wanted {
                     curve.ok_or_else(|| wrong(format!("{} does not vary in these data, or is not known", variable.name())))?;
                 let name = curve.effect_name();
                 if model.effects.contains(&name) {
-                    return Err(wrong(format!("the model holds it already, as '{name}'")));
+                    return Err(wrong(format!("the model contains it already, as '{name}'")));
                 }
                 Ok((curve.added_to(model), name))
             }

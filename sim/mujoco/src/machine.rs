@@ -28,7 +28,7 @@ const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
 pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
     let truth = scenario.truth();
     if truth.keys().hidden != HiddenToml::default() {
-        return Err(unsuited("truth.hidden".into(), "take it out, or run the analytic plant".into()));
+        return Err(unsuited("truth.hidden".into(), "remove it, or run the analytic plant".into()));
     }
     let effects = built_in(truth.drawn(streams))?;
     let Parts { nominal, robot, tool, payload, balls, gauge } = parts.clone();
@@ -67,7 +67,7 @@ fn built_in(drawn: Vec<TrueEffect>) -> Result<Vec<TrueEffect>, PlantError> {
             effects.push(effect);
         } else if !["joint_compliance", "hysteresis"].contains(&family) {
             let known = BUILT_IN.join(", ");
-            let remedy = format!("take it out, or run the analytic plant; MuJoCo knows: {known}, joint_compliance, hysteresis");
+            let remedy = format!("remove it, or run the analytic plant; MuJoCo knows: {known}, joint_compliance, hysteresis");
             return Err(unsuited(format!("truth.effects.{id}"), remedy));
         }
     }

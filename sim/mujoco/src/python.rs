@@ -26,7 +26,7 @@ pub enum PythonError {
     },
     /// The program is linked with a different Python from the one that made the environment.
     #[error(
-        "this program holds Python {running}, and {} was made with Python {made}: `cargo clean -p pyo3-ffi` (with --release if you build so), \
+        "this program contains Python {running}, and {} was made with Python {made}: `cargo clean -p pyo3-ffi` (with --release if you build so), \
          then build again with PYO3_PYTHON={}/bin/python",
         venv.display(), venv.display()
     )]

@@ -82,7 +82,7 @@ impl Arms {
         let mut ghosts = vec![ghost("drawn", "nominal", (paint::DRAWN, "purple"), |stand| &stand.drawn)];
         let simulated = stands.iter().any(|stand| stand.truth.is_some());
         if simulated {
-            ghosts.push(ghost("identified", "as identified", (paint::AFTER, "sky blue"), |stand| &stand.identified));
+            ghosts.push(ghost("identified", "identified", (paint::AFTER, "sky blue"), |stand| &stand.identified));
         }
         Ok(Arms { stands, ghosts, name: if simulated { "true" } else { "identified" } })
     }

@@ -26,9 +26,9 @@ pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&J
         );
     }
     story += &centring(subject);
-    story += &format!("1. **Grey** is the arm {}", if subject.true_arm.is_some() { "true posture" } else { "as identified" });
+    story += &format!("1. **Grey** is the {} arm", if subject.true_arm.is_some() { "true" } else { "identified" });
     for ghost in &arms.ghosts {
-        story += &format!("; **{}** {}, x{} as far off", ghost.colour_name, ghost.title, ghost.factor);
+        story += &format!("; **{}** the {} one, its deviation x{}", ghost.colour_name, ghost.title, ghost.factor);
     }
     story += ".\n1. **Arrows**: residuals at the measured points, **orange before a step, blue after it**. Rms ";
     let fall = |left: &Left| format!("{} {:.4} mm", left.name, left.rms / MM);

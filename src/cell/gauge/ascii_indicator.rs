@@ -185,7 +185,7 @@ impl<P: Port> AsciiIndicator<P> {
                 return Ok(());
             }
         }
-        Err(IndicatorError::Fault { detail: "it stores a preset and does not take it".into() })
+        Err(IndicatorError::Fault { detail: "it stores a preset and does not apply it".into() })
     }
 
     /// Sends a command that sets something and waits briefly for its echo. Returns false if the instrument does not know the

@@ -86,7 +86,7 @@ fn indicator(reading: &CellReading<'_>, k: usize, table: &IndicatorKeys) -> Resu
         }
         _ => {
             let remedy = "give either `port`, a serial port, or `address`, as HOST:PORT";
-            return Err(reading.wrong(&format!("indicator[{k}]"), "where it is found is not said once", remedy));
+            return Err(reading.wrong(&format!("indicator[{k}]"), "its port or address is not stated exactly once", remedy));
         }
     };
     let mut settings = IndicatorSettings { counts_down: table.counts_down, ..IndicatorSettings::new(dialect) };

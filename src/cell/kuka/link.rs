@@ -43,7 +43,7 @@ pub enum LinkError {
         name: String,
     },
     /// The controller refused a value.
-    #[error("the controller does not take {value} for '{name}'")]
+    #[error("the controller does not accept {value} for '{name}'")]
     NotTaken {
         /// Name.
         name: String,

@@ -216,7 +216,7 @@ impl Slip {
             Slip::JointUnit(by) if by > 1.0 => "joint angles taken as radians where degrees are stated".into(),
             Slip::JointUnit(_) => "joint angles taken as degrees where radians are stated".into(),
             Slip::PointUnit(by) => format!("measured places and distances {}", scaled(by)),
-            Slip::ReadingUnit(by) => format!("the left-over readings {}", scaled(by)),
+            Slip::ReadingUnit(by) => format!("the residual readings {}", scaled(by)),
             Slip::SlideUnit(by) => format!("the positions of prismatic joints {}", scaled(by)),
             Slip::ToolUnit(by) => format!("the tool {}", scaled(by)),
             Slip::Tool => "a tool other than the stated one, found from the data,".into(),

@@ -67,7 +67,7 @@ pub(crate) fn remarks(robot: &Robot, all: &[SeenSample<'_>], place: usize) -> Ve
         look(&format!("tau{}", j + 1), unit, 1.0, None, "largest", &|s| s.tau.get(j).map(|t| t.abs()));
     }
     look("reach", "mm", MM, Some("shortest"), "longest", &|s| Some(s.from_base.norm()));
-    look("reading left", "µm", UM, None, "largest", &|s| match &s.sample.measured {
+    look("residual reading", "µm", UM, None, "largest", &|s| match &s.sample.measured {
         Measured::Ball { reading, .. } => reading.map(|r| r.norm()),
         Measured::Point(_) | Measured::Distance { .. } => None,
     });

@@ -43,7 +43,7 @@ pub fn work_frame(text: &str) -> Result<WorkFrame, String> {
 pub fn load(text: &str) -> Result<[f64; 4], String> {
     let load = numbers(text, "KG in kg and X,Y,Z in mm")?;
     if load[0] < 0.0 {
-        return Err("a load does not weigh less than nothing; give its mass in kg".into());
+        return Err("a mass is not negative; give it in kg".into());
     }
     if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
         return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));

@@ -66,7 +66,7 @@ impl Programs {
         let permissions = Permissions { joints_as_in_robot_file: arguments.joints_as_in_robot_file };
         let results = rewrite_programs(&self.programs, compensator, &permissions);
         if results.iter().all(|r| r.positions == 0 && r.is_whole()) {
-            let problem = "holds no position that is written out";
+            let problem = "contains no position that is written out";
             let remedy = "give the file in which the positions are taught (with a KUKA the .dat too)";
             return Err(FileError::whole(&self.programs[0].path, problem, remedy).into());
         }

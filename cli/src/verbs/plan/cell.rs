@@ -65,7 +65,7 @@ fn difference(scenario: &Dataset, cell: &Dataset) -> Option<String> {
     for (theirs, own) in scenario.balls.iter().zip(&cell.balls) {
         let apart = (theirs.position - own.position).norm();
         if apart > SAME_PLACE {
-            return Some(format!("ball '{}' stands {:.1} mm away", own.id, apart / MM));
+            return Some(format!("ball '{}' is {:.1} mm away", own.id, apart / MM));
         }
     }
     // Any difference of arm, base and tool shows at the tool in one posture or the other.

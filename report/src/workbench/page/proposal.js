@@ -32,7 +32,7 @@ export function proposed({ next, tookMs }) {
   const { best } = next;
   const rows = next.actions.flatMap((a) => a.steps.map((step) => ({ name: a.action, step })));
   const not = next.not_offered.map((n) => `${n.action}: ${n.because}`);
-  const unknown = "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven.";
+  const unknown = "Nothing but robot and balls is known to be in the cell: inspect every pose before it is driven.";
   const content = [
     element("h3", {}, "The next experiment"),
     list(next.sentences.map(sentence)),

@@ -211,17 +211,17 @@ impl RowsFile {
             while let Some(record) = reader.next_row()? {
                 pending.push(record.clone());
                 if reader.study() != study.id {
-                    return other(format!("holds trials of {}, which is not {} as it is now", reader.study(), study.id));
+                    return other(format!("contains trials of {}, which is not {} as it is now", reader.study(), study.id));
                 }
                 if reader.extent().trials > extent.trials {
-                    return other(format!("holds more than {} trials", extent.trials));
+                    return other(format!("contains more than {} trials", extent.trials));
                 }
                 if reader.is_whole() {
                     pending.drain(..).for_each(|r| row(&r));
                 }
             }
             if there != header {
-                return other("holds the trials of another study".into());
+                return other("contains the trials of another study".into());
             }
             if reader.rows > 0 && reader.first.trial != extent.first {
                 return other(format!("begins with trial {}, not {}", reader.first.trial, extent.first));
