@@ -21,12 +21,12 @@ use calibench::selection::Advice;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{best_step, ladder_step};
 use calibench_lab::study::{Extent, Study, Summary, run};
-use calibench_report::workbench::{Bench, Case, Place};
 use calibench_report::{Recommended, diagnosis_tables, next_step_sentences, sentences};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Methods, measure_all};
 use calibench_sim::scenario::{Document, load_scenario};
+use calibench_workbench::{Bench, Case, Place};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 

@@ -1,4 +1,4 @@
-//! The workbench, served on the loopback address; what it answers is `calibench_report::workbench`'s.
+//! The workbench, served on the loopback address; what it answers is `calibench_workbench`'s.
 
 mod connections;
 mod gate;

@@ -22,7 +22,7 @@ pub fn each_called(ids: &str) -> String {
 }
 
 /// The same text with an initial capital.
-pub(crate) fn capital(text: &str) -> String {
+pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().to_string() + letters.as_str())
 }

@@ -28,7 +28,6 @@ mod scatter;
 mod shifts;
 mod svg;
 mod tables;
-pub mod workbench;
 mod workspace;
 
 pub use charts::{charts_page, charts_text};
@@ -38,7 +37,7 @@ pub use comparison_tables::{comparison_headline, comparison_sentences, compariso
 pub use diagnosis::diagnosis_tables;
 pub use diagnosis_sentences::{finds_nothing, lacking_sentence, sentences};
 pub use disagreement::{disagreement_sentence, judged_alike};
-pub use effect_names::{called, each_called};
+pub use effect_names::{called, capital, each_called};
 pub use figures::{
     CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
 };
@@ -57,7 +56,7 @@ pub use next::{detectability_text, next_sentences, next_table};
 pub use next_step::{in_question_sentence, next_step_sentences};
 pub use page::{
     AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LinkError, LivePage, Module, Page, PageModel,
-    PageSubject, Views, chart_page_html, linked, page_html, page_script,
+    PageSubject, Views, chart_page_html, linked, linked_or_told, page_html, page_script, script_sources,
 };
 pub use plausible::Plausible;
 pub use recommended::Recommended;

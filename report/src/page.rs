@@ -26,12 +26,10 @@ use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
-pub(crate) use self::html::script_sources;
-pub use self::html::{LivePage, chart_page_html, page_html, page_script};
+pub use self::html::{LivePage, chart_page_html, page_html, page_script, script_sources};
 pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;
-pub(crate) use self::script::linked_or_told;
-pub use self::script::{LinkError, Module, linked};
+pub use self::script::{LinkError, Module, linked, linked_or_told};
 pub use self::views::{FittedCandidate, Views};
 
 /// Format tag.

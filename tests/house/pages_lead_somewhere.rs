@@ -161,7 +161,7 @@ fn the_tree_is_the_repository() {
     for folder in &tree {
         assert!(root().join(folder).is_dir(), "{REPOSITORY}: there is no folder {folder}");
     }
-    for listed in ["", "src", "report", "cli", "sim", "sim/src", "docs", "tests"] {
+    for listed in ["", "src", "report", "workbench", "cli", "sim", "sim/src", "docs", "tests"] {
         let missing: Vec<String> = folders_in(listed).difference(&tree).cloned().collect();
         assert!(missing.is_empty(), "{REPOSITORY}: the tree does not tell of {missing:?}");
     }

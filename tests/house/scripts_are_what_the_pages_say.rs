@@ -59,8 +59,17 @@ fn studies(folder: &Path, found: &mut BTreeSet<String>) {
 #[test]
 fn every_study_is_on_its_page() {
     let mut found = BTreeSet::new();
-    for folder in ["src", "tests/it", "report", "cli/tests", "sim/tests", "sim/lab/tests", "sim/mujoco/tests", "sim/view/tests"]
-    {
+    for folder in [
+        "src",
+        "tests/it",
+        "report",
+        "workbench",
+        "cli/tests",
+        "sim/tests",
+        "sim/lab/tests",
+        "sim/mujoco/tests",
+        "sim/view/tests",
+    ] {
         studies(&root().join(folder), &mut found);
     }
     let page = read("docs/validation-studies.md");

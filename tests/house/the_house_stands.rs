@@ -9,16 +9,28 @@ use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility}
 use crate::root;
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 9] = [
+const PACKAGES: [(&str, &[&str]); 10] = [
     ("src", &[]),
     ("report/src", &["calibench"]),
+    ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
     ("sim/lab/src", &["calibench", "calibench_report", "calibench_sim"]),
     ("sim/serve/src", &["calibench", "calibench_sim"]),
     ("sim/mujoco/src", &["calibench", "calibench_sim"]),
     ("sim/view/src", &["calibench", "calibench_report"]),
-    ("web/src", &["calibench", "calibench_report", "calibench_sim"]),
-    ("cli/src", &["calibench", "calibench_report", "calibench_sim", "calibench_lab", "calibench_serve", "calibench_mujoco"]),
+    ("web/src", &["calibench", "calibench_report", "calibench_workbench", "calibench_sim"]),
+    (
+        "cli/src",
+        &[
+            "calibench",
+            "calibench_report",
+            "calibench_workbench",
+            "calibench_sim",
+            "calibench_lab",
+            "calibench_serve",
+            "calibench_mujoco",
+        ],
+    ),
 ];
 
 /// Lines of a file of sources, its unit tests aside.

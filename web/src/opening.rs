@@ -12,8 +12,8 @@ use calibench::measure::dataset::{Dataset, SampleSet};
 use calibench::residuals::misfit::data_fit;
 use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::units::MM;
-use calibench_report::workbench::{Bench, Case, LocatedError, Place, copied_rows, locate_in_data, located_misfit};
 use calibench_report::{misfit_sentence, nominal_fit_lines};
+use calibench_workbench::{Bench, Case, LocatedError, Place, copied_rows, locate_in_data, located_misfit};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

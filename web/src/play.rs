@@ -13,12 +13,12 @@ use calibench::measure::dataset::file::{read_dataset, write_dataset};
 use calibench::measure::dataset::{Dataset, Sample};
 use calibench::measure::poses::PlannedPose;
 use calibench::robot::{BUILT_IN, built_in};
-use calibench_report::workbench::Place;
 use calibench_sim::planning::plan;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::{load_scenario, written_sizes};
 use calibench_sim::session::Session;
+use calibench_workbench::Place;
 use serde::Deserialize;
 use serde_json::{Value, json};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use calibench::files::disk::write_whole;
-use calibench_report::workbench::{Bench, Unanswered};
+use calibench_workbench::{Bench, Unanswered};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
-use calibench_report::workbench::Place;
+use calibench_workbench::Place;
 use nalgebra::Vector3;
 use serde_json::json;
 

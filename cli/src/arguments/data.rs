@@ -11,8 +11,8 @@ use calibench::identify::{Model, are_copied};
 use calibench::measure::dataset::file::read_dataset;
 use calibench::measure::dataset::{Dataset, SampleSet};
 use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
-pub use calibench_report::workbench::{locate_in_data, model_for};
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
+pub use calibench_workbench::{locate_in_data, model_for};
 
 use crate::terminal::failure::{Failure, LocatedError};
 use crate::terminal::output::{note, print_detail, warn};

@@ -3,8 +3,8 @@
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;
 use calibench::residuals::misfit::{DataFit, data_fit};
-use calibench_report::workbench::{copied_rows, located_misfit};
 use calibench_report::{documents, nominal_fit_lines};
+use calibench_workbench::{copied_rows, located_misfit};
 
 use super::data::named;
 use crate::terminal::failure::Failure;

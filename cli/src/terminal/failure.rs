@@ -39,7 +39,7 @@ pub struct Interrupted {
     pub journal: PathBuf,
 }
 
-pub use calibench_report::workbench::LocatedError;
+pub use calibench_workbench::LocatedError;
 
 /// True if a full or failing disk is among the causes.
 pub fn is_of_disk(failure: &(dyn std::error::Error + 'static)) -> bool {

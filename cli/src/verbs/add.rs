@@ -9,11 +9,11 @@ use calibench::prediction::WorkspacePoses;
 use calibench::selection::Objection;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder_step;
-use calibench_report::workbench::{StepError, Wanted};
 use calibench_report::{
     Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,
     parameter_rows, symptom_sentence,
 };
+use calibench_workbench::{StepError, Wanted};
 
 use crate::arguments::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
 use crate::arguments::data_gate::gate;

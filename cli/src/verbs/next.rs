@@ -21,9 +21,9 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
 use crate::terminal::streams::{input, output};
-use calibench_report::workbench::write_proposal;
 use calibench_sim::planning::{layout, retreat};
 use calibench_sim::scenario::load_scenario;
+use calibench_workbench::write_proposal;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -8,8 +8,8 @@ use calibench::identify::calibration::{IdentifyError, read_calibration};
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::file::read_dataset;
 use calibench_report::documents::Run;
-use calibench_report::workbench::Case;
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
+use calibench_workbench::Case;
 
 use crate::arguments::data::{locate_in_data, model_for, read_datasets};
 use crate::arguments::data_gate::gate;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use calibench::files::disk::write_whole;
-use calibench_report::workbench::{Bench, Place, page_in_browser};
+use calibench_workbench::{Bench, Place, page_in_browser};
 
 use super::report::{locate_in_case, open, run_folder};
 use crate::terminal::failure::{Failure, Outcome};

@@ -13,8 +13,8 @@ use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::http::{Response, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::routing::{get, post};
-use calibench_report::workbench::{ACTIONS, Bench, MARKUP, MODULES, STYLE, Unanswered, VIEWS};
 use calibench_report::{LivePage, Module, page_script};
+use calibench_workbench::{ACTIONS, Bench, MARKUP, MODULES, STYLE, Unanswered, VIEWS};
 use serde_json::{Value, json};
 use tokio::runtime;
 

@@ -122,7 +122,7 @@ pub fn page_script(entry: Module, more: &[Module]) -> String {
 }
 
 /// The scripts of a live page as its policy names them, by hash: for a page that is not served, and so has no nonce.
-pub(crate) fn script_sources(script: &str) -> String {
+pub fn script_sources(script: &str) -> String {
     let all = [&page_script(HEAD, &[]), CHARTS, script];
     all.map(|text| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text)))).join(" ")
 }

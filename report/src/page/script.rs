@@ -71,7 +71,7 @@ pub fn linked(entry: Module, modules: &[&[Module]]) -> Result<String, LinkError>
 }
 
 /// The same; if modules do not fit together, the script throws an error that says why.
-pub(crate) fn linked_or_told(entry: Module, modules: &[&[Module]]) -> String {
+pub fn linked_or_told(entry: Module, modules: &[&[Module]]) -> String {
     linked(entry, modules).unwrap_or_else(|error| format!("throw new Error({:?});\n", error.to_string()))
 }
 

@@ -3,8 +3,8 @@
 use calibench::identify::Model;
 use calibench::measure::dataset::Dataset;
 
-use crate::documents::Run;
-use crate::{CampaignRecord, CellPicture, PageSubject, Recommended};
+use calibench_report::documents::Run;
+use calibench_report::{CampaignRecord, CellPicture, PageSubject, Recommended};
 
 /// A run, or datasets, as read from their folders.
 pub struct Case {

@@ -14,15 +14,15 @@ use calibench::selection::ladder::LadderStep;
 use calibench::selection::recommend::Gain;
 use serde_json::{Value, json};
 
-use super::case::Case;
-use super::history::{History, Moment};
-use super::kept::{Kept, Set};
-use super::live::live;
-use super::refusal::Refusal;
-use super::saving::Place;
-use super::state::{State, listed};
-use super::switches::Switches;
-use crate::{PageModel, PageSubject, Recommended, Views, documents};
+use crate::case::Case;
+use crate::history::{History, Moment};
+use crate::kept::{Kept, Set};
+use crate::live::live;
+use crate::refusal::Refusal;
+use crate::saving::Place;
+use crate::state::{State, listed};
+use crate::switches::Switches;
+use calibench_report::{PageModel, PageSubject, Recommended, Views, documents};
 
 /// The opened data, and every set of effects tried on them.
 pub struct Bench {

@@ -7,9 +7,9 @@ use base64::engine::general_purpose::STANDARD;
 use calibench::files::FileError;
 use calibench::files::disk::read_bytes;
 
-use super::front::{MARKUP, MODULES, STYLE};
-use crate::page::{LivePage, linked_or_told, script_sources};
-use crate::{Module, modules, page_script};
+use crate::front::{MARKUP, MODULES, STYLE};
+use calibench_report::{LivePage, linked_or_told, script_sources};
+use calibench_report::{Module, modules, page_script};
 
 const OWN: &[Module] = modules!("calibench-workbench", "in_browser": "backend.js", "files.js", "understood.js");
 /// The script of the page.
@@ -50,7 +50,7 @@ pub fn page_in_browser(module: &Path) -> Result<String, FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linked;
+    use calibench_report::linked;
 
     #[test]
     fn the_modules_of_its_scripts_fit_together() {

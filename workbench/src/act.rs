@@ -21,16 +21,16 @@ use calibench::selection::recommend::Gain;
 use calibench::selection::{Objection, needs_diagnosis, step_gains};
 use serde_json::{Value, json};
 
-use super::bench::{Bench, Judged};
-use super::beside::both;
-use super::history::{History, Moment};
-use super::own_effect::{self, Draft};
-use super::refusal::Refusal;
-use super::saving::Saved;
-use super::step::Wanted;
-use super::switches::Switches;
-use crate::effect_names::capital;
-use crate::{
+use crate::bench::{Bench, Judged};
+use crate::beside::both;
+use crate::history::{History, Moment};
+use crate::own_effect::{self, Draft};
+use crate::refusal::Refusal;
+use crate::saving::Saved;
+use crate::step::Wanted;
+use crate::switches::Switches;
+use calibench_report::capital;
+use calibench_report::{
     Page, advice, documents, each_called, ladder_step_sentence, not_added_sentence, objection_sentence, unbelievable_sentence,
 };
 

@@ -4,7 +4,7 @@ use calibench::identify::Model;
 use calibench::selection::Objection;
 use serde_json::{Value, json};
 
-use super::switches::Switches;
+use crate::switches::Switches;
 
 /// Number of moments that can be gone back to.
 const MOST_MOMENTS: usize = 200;

@@ -6,7 +6,7 @@ use calibench::identify::Model;
 use calibench::measure::dataset::Dataset;
 use calibench::units::Unit;
 
-use super::refusal::Refusal;
+use crate::refusal::Refusal;
 
 /// Longest expression, characters; a typical line has a hundred.
 const LONGEST: usize = 2000;

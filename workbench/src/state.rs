@@ -5,9 +5,9 @@ use std::sync::Arc;
 use calibench::prediction::WorkspacePoses;
 use serde_json::{Value, json};
 
-use super::history::{History, Moment};
-use super::kept::{Kept, Set};
-use crate::objection_sentence;
+use crate::history::{History, Moment};
+use crate::kept::{Kept, Set};
+use calibench_report::objection_sentence;
 
 /// Number of candidates that are fitted before they are requested: those that the page lists.
 const LISTED: usize = 8;

@@ -8,7 +8,7 @@ use calibench::selection::recommend::Gain;
 use calibench::selection::{FitScores, FittedModel};
 use serde_json::Value;
 
-use crate::{PageModel, Views};
+use calibench_report::{PageModel, Views};
 
 /// Number of samples, over all kept sets, beyond which the set that was not used for the longest time is dropped: a set
 /// needs about 1.5 kB a sample.

@@ -5,9 +5,9 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use thiserror::Error;
 
-use super::bench::Bench;
-use super::own_effect::Draft;
-use super::refusal::Refusal;
+use crate::bench::Bench;
+use crate::own_effect::Draft;
+use crate::refusal::Refusal;
 
 /// Questions without side effects and without a body.
 pub const VIEWS: [&str; 3] = ["document", "views", "progress"];

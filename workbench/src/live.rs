@@ -3,12 +3,12 @@
 use calibench::identify::calibration::Calibration;
 use serde_json::{Value, json};
 
-use super::case::Case;
-use super::kept::Set;
-use super::saving::Place;
-use super::state::State;
-use super::switches::Switch;
-use crate::symptom_sentence;
+use crate::case::Case;
+use crate::kept::Set;
+use crate::saving::Place;
+use crate::state::State;
+use crate::switches::Switch;
+use calibench_report::symptom_sentence;
 
 /// The switches, the datasets that can be chosen, and the available actions. The candidates are null until the present model
 /// is judged.

@@ -1,6 +1,6 @@
 //! The page of the workbench, beside that of a report.
 
-use crate::{Module, modules};
+use calibench_report::{Module, modules};
 
 /// Its style sheet.
 pub const STYLE: &str = include_str!("page/bench.css");

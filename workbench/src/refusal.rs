@@ -4,7 +4,7 @@ use calibench::files::{FileError, with_reasons};
 use calibench::identify::calibration::IdentifyError;
 use thiserror::Error;
 
-use super::step::StepError;
+use crate::step::StepError;
 
 /// The reason for refusing an action.
 #[derive(Debug, Error)]

@@ -24,12 +24,17 @@ mod step;
 mod switches;
 mod work;
 
-pub use self::asked::{ACTIONS, Unanswered, VIEWS};
-pub use self::bench::Bench;
-pub use self::case::Case;
-pub use self::front::{MARKUP, MODULES, STYLE};
-pub use self::in_browser::page_in_browser;
-pub use self::opening::{LocatedError, copied_rows, locate_in_data, located_misfit, model_for};
-pub use self::proposal_files::write_proposal;
-pub use self::saving::Place;
-pub use self::step::{StepError, Wanted};
+pub use asked::{ACTIONS, Unanswered, VIEWS};
+pub use bench::Bench;
+pub use case::Case;
+pub use front::{MARKUP, MODULES, STYLE};
+pub use in_browser::page_in_browser;
+pub use opening::{LocatedError, copied_rows, locate_in_data, located_misfit, model_for};
+pub use proposal_files::write_proposal;
+pub use saving::Place;
+pub use step::{StepError, Wanted};
+
+/// The examples of the package's page compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -16,8 +16,8 @@ use calibench::robot::urdf::calibrated_urdf;
 use calibench::units::MM;
 use serde_json::{Value, json};
 
-use super::proposal_files::write_proposal;
-use crate::page_html;
+use crate::proposal_files::write_proposal;
+use calibench_report::page_html;
 
 /// The folder that a workbench may write into, and the model file whose layout it keeps.
 pub struct Place {

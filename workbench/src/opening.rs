@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use calibench::effects::Subject;
-use calibench::files::streams::is_standard_input;
 use calibench::files::{FileError, with_reasons};
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::model_file::read_model;
@@ -12,8 +11,8 @@ use calibench::identify::{Model, are_copied};
 use calibench::measure::dataset::{Dataset, Sample};
 use calibench::residuals::misfit::Misfit;
 
-use super::case::Case;
-use crate::{Recommended, misfit_sentence};
+use crate::case::Case;
+use calibench_report::{Recommended, misfit_sentence};
 
 /// An error attributed to a file or folder that the error itself does not know.
 #[derive(Debug, thiserror::Error)]
@@ -90,25 +89,6 @@ pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<
         Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
-}
-
-impl Recommended {
-    /// The arguments of recommended commands after the verb.
-    #[must_use]
-    pub fn of(folders: &[PathBuf], model: Option<&Path>) -> Self {
-        let quoted = |path: &Path| {
-            if is_standard_input(path) {
-                return "-".to_owned();
-            }
-            let text = path.display().to_string();
-            let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
-            if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
-        };
-        Recommended {
-            datasets: folders.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(" "),
-            model: model.map_or(String::new(), |m| format!(" --model {}", quoted(m))),
-        }
-    }
 }
 
 impl Case {

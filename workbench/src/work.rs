@@ -13,10 +13,10 @@ use calibench::selection::FittedModel;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::bench::Bench;
-use super::history::Moment;
-use super::state::{State, listed};
-use crate::{FittedCandidate, PageModel, Views};
+use crate::bench::Bench;
+use crate::history::Moment;
+use crate::state::{State, listed};
+use calibench_report::{FittedCandidate, PageModel, Views};
 
 /// Number of candidates fitted at the same time: a requested candidate waits for these at most.
 const TOGETHER: usize = 2;
