@@ -6,7 +6,7 @@ use calibench::selection::ladder::LadderStep;
 use calibench::units::MM;
 
 use super::effect_names::capital;
-use super::figures::{NOT_FITTED, WORKSPACE};
+use super::figures::NOT_FITTED;
 
 /// States that the error measured at the poses of a forecast is outside the band expected there, and what that means; `None` if
 /// the two agree. A step is judged at its validation rows, so both figures are of the same poses. `outside` is the number of
@@ -42,13 +42,12 @@ fn between(measured: &Validation, expected: &WorkspaceError, outside: usize) -> 
         return None;
     };
     Some(format!(
-        "{}: mean {:.3} mm at {} poses, where {:.3} to {:.3} mm was {} with the instrument's noise. {why}",
+        "{}: mean {:.3} mm at {} poses, where {:.3} to {:.3} mm was expected with the instrument's noise. {why}",
         capital(NOT_FITTED.name),
         measured.mean / MM,
         measured.samples,
         low / MM,
         high / MM,
-        WORKSPACE.name.split(' ').next().unwrap_or_default(),
     ))
 }
 

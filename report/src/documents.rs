@@ -82,7 +82,7 @@ macro_rules! format_tag {
             #[doc = concat!("`", $tag, "`.")]
             #[default]
             #[serde(rename = $tag)]
-            V1,
+            Current,
         }
     };
 }

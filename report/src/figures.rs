@@ -30,7 +30,7 @@ pub const RESIDUAL: Figure = Figure {
     name: "residual of the fit",
     meaning: "measured minus predicted on the rows that were fitted, rms of the 3-D length",
     verbs: &["identify", "compare", "diagnose", "add", "ladder", "prove"],
-    keys: &["residual_mm", "rms_mm", "fit_rms_mm"],
+    keys: &["residual_mm"],
     function: path!(calibench::math::rms),
 };
 
@@ -39,7 +39,7 @@ pub const CROSS_VALIDATED: Figure = Figure {
     name: "cross-validated",
     meaning: "the same for rows that were each left out of one fit in turn, neighbours together",
     verbs: &["add", "ladder"],
-    keys: &["cross_validated_mm", "cv_rms_mm"],
+    keys: &["cross_validated_mm"],
     function: path!(calibench::selection::ladder::ladder_step),
 };
 

@@ -33,7 +33,7 @@ pub use self::script::{LinkError, Module, linked, linked_or_told};
 pub use self::views::{FittedCandidate, Views};
 
 /// Format tag.
-const FORMAT: &str = "calibench-report/1";
+const FORMAT: &str = "calibench-report/2";
 
 /// The subject of a report.
 #[derive(Clone)]
@@ -66,7 +66,7 @@ pub struct PageSubject<'a> {
 
 /// A report as one document.
 pub struct Page {
-    /// `calibench-report/1`.
+    /// `calibench-report/2`.
     pub document: Value,
 }
 

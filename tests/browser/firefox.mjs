@@ -79,8 +79,8 @@ async function drive(page, url) {
   if (diagnosis.verdict === "identified")
     unless(first === diagnosis.findings[0].in_model, `the first candidate is ${first}`);
   unless(
-    (await tile(0)).includes(shown(diagnosis.rms_mm)),
-    `the fit leaves ${await tile(0)}, diagnose prints ${diagnosis.rms_mm}`,
+    (await tile(0)).includes(shown(diagnosis.residual_mm)),
+    `the fit leaves ${await tile(0)}, diagnose prints ${diagnosis.residual_mm}`,
   );
   await lookedAt(page, "opened");
 
@@ -90,7 +90,7 @@ async function drive(page, url) {
   await page.waitForSelector(SETTLED, PATIENCE);
   await new Promise((done) => setTimeout(done, 1500));
   const said = (await tile(0)).split(/\s+/);
-  const expected = [shown(step.before.fit_rms_mm), "→", shown(step.after.fit_rms_mm), "mm"];
+  const expected = [shown(step.before.residual_mm), "→", shown(step.after.residual_mm), "mm"];
   unless(said.join() === expected.join(), `switched on, the page shows ${said}, add prints ${expected}`);
   await lookedAt(page, "added");
 }

@@ -172,7 +172,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
         words = page.locator("#candidates li:not(.model) .switch").first.inner_text()
         found.unless(words in headline, f"the verdict reads '{headline}'")
         found.unless(first == diagnosis["findings"][0]["in_model"], f"the first candidate is {first}")
-    found.unless(shown(diagnosis["rms_mm"]) in tile(0), f"the fit leaves {tile(0)}, diagnose prints {diagnosis['rms_mm']}")
+    found.unless(shown(diagnosis["residual_mm"]) in tile(0), f"the fit leaves {tile(0)}, diagnose prints {diagnosis['residual_mm']}")
     looked_at(page, "opened", pictures, found)
 
     # A candidate's curve: computed ahead, it is a look-up.
@@ -207,10 +207,10 @@ def drive(play, program, dataset, keep, pictures, url, effect):
         turned(first, "switch on")
     added = effect or first
     found.unless(step["accepted"], f"{added} is refused by add")
-    for k, key in enumerate(["fit_rms_mm", "cv_rms_mm"]):
+    for k, key in enumerate(["residual_mm", "cross_validated_mm"]):
         before, after = shown(step["before"][key]), shown(step["after"][key])
         found.unless(tile(k).split() == [before, "→", after, "mm"], f"{key}: the page shows {tile(k)}, add prints {before} and {after}")
-    found.unless(step["after"]["fit_rms_mm"] < step["before"]["fit_rms_mm"], "the error does not fall")
+    found.unless(step["after"]["residual_mm"] < step["before"]["residual_mm"], "the error does not fall")
     found.unless(switch(added).get_attribute("aria-pressed") == "true", f"{added} is not on")
     looked_at(page, "added", pictures, found)
     alone = figures()
@@ -239,7 +239,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
         page.reload()
         settled(page)
         page.evaluate(AXE.read_text(encoding="utf-8"))
-    found.unless(shown(step["after"]["fit_rms_mm"]) in tile(0), f"loaded again, the page shows {tile(0)}")
+    found.unless(shown(step["after"]["residual_mm"]) in tile(0), f"loaded again, the page shows {tile(0)}")
 
     # Taken back, and forward.
     for _ in range(4):
@@ -249,7 +249,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     found.unless(figures() == both, "redo does not lead to the same figures")
     timed("undo", lambda: page.click("#undo"))
     timed("undo", lambda: page.click("#undo"))
-    found.unless(tile(0) == f"{shown(step['before']['fit_rms_mm'])} mm", f"taken back, the page shows {tile(0)}")
+    found.unless(tile(0) == f"{shown(step['before']['residual_mm'])} mm", f"taken back, the page shows {tile(0)}")
     found.unless(page.is_disabled("#undo"), "there is still something to undo")
 
     # An expression with a slip, then without.

@@ -30,7 +30,7 @@ pub use case::Case;
 pub use front::{MARKUP, MODULES, STYLE};
 pub use in_browser::page_in_browser;
 pub use opening::{LocatedError, copied_rows, locate_in_data, located_misfit, model_for};
-pub use proposal_files::write_proposal;
+pub use proposal_files::{WrittenProposal, write_proposal};
 pub use saving::Place;
 pub use step::{StepError, Wanted};
 

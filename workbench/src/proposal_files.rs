@@ -1,6 +1,6 @@
 //! Files of proposed measurements, in the formats that a cell accepts.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use calibench::files::FileError;
 use calibench::files::disk::write_whole;
@@ -11,8 +11,17 @@ use calibench::planning::pool::CellLayout;
 use calibench::planning::{Kind, Offer, Proposal};
 use nalgebra::{Unit, Vector3};
 
+/// Files of a proposal.
+#[derive(Debug, Clone, Default)]
+pub struct WrittenProposal {
+    /// The files, in the order in which they were written.
+    pub files: Vec<PathBuf>,
+    /// Sentences: each file with its content, and what to beware of.
+    pub words: Vec<String>,
+}
+
 /// Writes the plan of the best probing action with the artifact in its present place and, if tracker points are best of all, a
-/// list of them; returns descriptions of the files written. `reference` is the plan's reference to the robot; with the `layout`
+/// list of them. `reference` is the plan's reference to the robot; with the `layout`
 /// of a known cell, and the direction in which the gauge leaves a ball, in the tool's axes, the plan holds its ways and omits
 /// unreachable poses.
 ///
@@ -23,8 +32,8 @@ pub fn write_proposal(
     proposal: &Proposal,
     reference: &str,
     layout: Option<(&CellLayout, Unit<Vector3<f64>>)>,
-) -> Result<Vec<String>, FileError> {
-    let mut written = Vec::new();
+) -> Result<WrittenProposal, FileError> {
+    let mut written = WrittenProposal::default();
     let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
     if let Some((offer, step)) = proposal.best(on_balls) {
         let poses = offer.action.poses(&offer.chosen[..step.count]);
@@ -36,9 +45,10 @@ pub fn write_proposal(
         };
         let plan = with_ways(ordered, &cell, layout.filter(|(layout, _)| layout.is_known));
         write_plan(path, &plan, &cell)?;
-        written.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
+        written.words.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
+        written.files.push(path.to_owned());
         if plan.ways.is_none() {
-            written.push(
+            written.words.push(
                 "the bodies in the cell are not known: the plan contains no ways, and its motions may touch something".into(),
             );
         }
@@ -48,7 +58,8 @@ pub fn write_proposal(
     {
         let beside = path.with_extension("points.csv");
         write_whole(&beside, points(offer, step.count).as_bytes())?;
-        written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
+        written.words.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
+        written.files.push(beside);
     }
     Ok(written)
 }

@@ -138,9 +138,6 @@ impl Place {
     pub fn save_plan(&self, proposal: &Proposal, robot: &str) -> Result<Option<Saved>, FileError> {
         let path = self.folder.join("plan.toml");
         let written = write_proposal(&path, proposal, robot, None)?;
-        let names = [path.with_extension("points.csv"), path];
-        let is_written = |path: &PathBuf| written.iter().any(|words| words.ends_with(&*path.to_string_lossy()));
-        let files = names.into_iter().filter(is_written).collect();
-        Ok((!written.is_empty()).then(|| Saved { words: written.join(", "), files }))
+        Ok((!written.files.is_empty()).then(|| Saved { words: written.words.join(", "), files: written.files }))
     }
 }

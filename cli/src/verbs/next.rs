@@ -23,7 +23,7 @@ use crate::terminal::progress::Waiting;
 use crate::terminal::streams::{input, output};
 use calibench_sim::planning::{layout, retreat};
 use calibench_sim::scenario::load_scenario;
-use calibench_workbench::write_proposal;
+use calibench_workbench::{WrittenProposal, write_proposal};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -89,12 +89,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     });
     let written = match &arguments.output {
         Some(path) => write_proposal(path, &proposal, &reference, Some((&layout, retreat())))?,
-        None => Vec::new(),
+        None => WrittenProposal::default(),
     };
     if arguments.json {
         let mut document = documents::Next::of(&proposal);
         document.cell_known = Some(layout.is_known);
-        document.written = Some(written);
+        document.written = Some(written.words);
         document.planned_for = planned.as_ref().map(planned_sentence);
         document.recommended = planned.as_ref().map(|planned| documents::Recommended::of(&planned.ladder));
         document.misfit = gate.misfit;
@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "Nothing but the robot{balls} is known to be in the cell: inspect every pose before it is driven, or name a scenario."
         ))?;
     }
-    written.iter().try_for_each(|line| print_answer(line))?;
+    written.words.iter().try_for_each(|line| print_answer(line))?;
     Ok(Outcome::Done)
 }
 

@@ -282,7 +282,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTrut
         met: c.met(),
     };
     documents::Run {
-        format: documents::RunFormat::V1,
+        format: documents::RunFormat::Current,
         scenario: scenario.name.clone(),
         question: scenario.question.clone(),
         plant: scenario.plant.name().into(),

@@ -79,8 +79,8 @@ fn a_moved_ball_is_named_and_to_be_looked_at() {
         "format",
         "samples",
         "dof",
-        "rms_mm",
-        "noise_mm",
+        "residual_mm",
+        "noise_left_mm",
         "unexplained_mm",
         "chi2_per_dof",
         "lack_of_fit_p",
@@ -96,7 +96,7 @@ fn a_moved_ball_is_named_and_to_be_looked_at() {
     ] {
         assert!(v.get(key).is_some(), "{key}");
     }
-    assert_eq!((&v["format"], &v["verdict"]), (&"calibench-diagnosis/1".into(), &"identified".into()));
+    assert_eq!((&v["format"], &v["verdict"]), (&"calibench-diagnosis/2".into(), &"identified".into()));
     assert_eq!(v["findings"][0]["effect"], "ball:3");
     let said = sentences(&v);
     let saw = said.iter().find(|s| s.starts_with("Saw: ") && s.contains("(ball:3)")).unwrap();
@@ -131,7 +131,7 @@ fn what_no_catalogue_holds_is_shown_as_a_curve_to_add() {
     let step = calibench(folder.path(), &arguments);
     assert!(step.status.success(), "{}", String::from_utf8_lossy(&step.stderr));
     let step: Value = serde_json::from_slice(&step.stdout).unwrap();
-    let rms = |side: &str| step[side]["cv_rms_mm"].as_f64().unwrap();
+    let rms = |side: &str| step[side]["cross_validated_mm"].as_f64().unwrap();
     assert!(rms("after") < 0.7 * rms("before"), "{} to {}", rms("before"), rms("after"));
     let text = calibench(folder.path(), &["diagnose", "run/trical"]);
     let text = String::from_utf8_lossy(&text.stdout).into_owned();

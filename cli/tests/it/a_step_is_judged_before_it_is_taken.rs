@@ -58,16 +58,16 @@ fn a_step_that_helps_is_written_and_one_that_does_not_is_not() {
 
     let taken = calibench(at, &["add", "harmonic1:1", "run/trical", "--model", "model.toml", "--json"]);
     let step = document(&taken);
-    assert_eq!((code(&taken), &step["format"], &step["accepted"]), (0, &"calibench-step/1".into(), &true.into()));
+    assert_eq!((code(&taken), &step["format"], &step["accepted"]), (0, &"calibench-step/2".into(), &true.into()));
     assert_eq!(step["after"]["added"], serde_json::json!(["harmonic1:1"]));
-    for key in ["fit_rms_mm", "cv_rms_mm"] {
+    for key in ["residual_mm", "cross_validated_mm"] {
         assert!(number(&step["after"], key) < 0.8 * number(&step["before"], key), "{key}: {step}");
     }
     for side in ["before", "after"] {
         let w = &step[side]["workspace"];
         let [low, high] = [0, 1].map(|k| w["mean_band_mm"][k].as_f64().unwrap());
         assert!(low < number(w, "mean_mm") && number(w, "mean_mm") < high, "{w}");
-        assert!(number(&step[side], "noise_mm") > 0.0 && number(&step[side], "chi2_per_dof") > 1.0);
+        assert!(number(&step[side], "noise_left_mm") > 0.0 && number(&step[side], "chi2_per_dof") > 1.0);
     }
     // 177 urad of eccentricity and its phase are found, with one-sigma and unit.
     let found = step["after"]["parameters"].as_array().unwrap();
@@ -108,7 +108,7 @@ fn a_curve_of_the_heat_map_becomes_an_effect_of_ones_own() {
     // The file is an ordinary model: it gives the same fit.
     let again = calibench(at, &["identify", "run/trical", "--model", "model.toml", "--json"]);
     assert_eq!(code(&again), 0, "{}", String::from_utf8_lossy(&again.stderr));
-    let (fit, rms) = (number(&step["after"], "fit_rms_mm"), number(&document(&again), "rms_mm"));
+    let (fit, rms) = (number(&step["after"], "residual_mm"), number(&document(&again), "residual_mm"));
     assert!((rms / fit - 1.0).abs() < 1e-6, "{rms} and {fit}");
     let twice = calibench(at, &["add", "curve:1:q1", "run/trical", "--model", "model.toml"]);
     assert_eq!(code(&twice), 2);

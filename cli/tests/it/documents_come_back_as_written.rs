@@ -76,8 +76,8 @@ fn the_document_of_another_kind_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("result.json");
     for (text, named) in [
-        ("{\n  \"format\": \"calibench-run/2\"\n}", "result.json:2: "),
-        ("{\n  \"format\": \"calibench-run/1\"\n}", "missing field `scenario`"),
+        ("{\n  \"format\": \"calibench-run/1\"\n}", "result.json:2: "),
+        ("{\n  \"format\": \"calibench-run/2\"\n}", "missing field `scenario`"),
         ("[1, 2", "result.json:1: "),
     ] {
         fs::write(&path, text).unwrap();

@@ -134,7 +134,7 @@ fn number(v: &Value, key: &str) -> f64 {
 
 /// Checks the keys that `identify --json` promises.
 fn assert_calibration(v: &Value) {
-    assert_eq!(v["format"], "calibench-calibration/1");
+    assert_eq!(v["format"], "calibench-calibration/2");
     for p in v["parameters"].as_array().unwrap() {
         assert!(p["name"].is_string() && p["unit"].is_string(), "{p}");
         for key in ["value", "sigma", "nominal"] {
@@ -142,7 +142,7 @@ fn assert_calibration(v: &Value) {
         }
         assert!(number(p, "sigma") > 0.0, "{p}");
     }
-    for key in ["rms_mm", "chi2_per_dof", "condition"] {
+    for key in ["residual_mm", "chi2_per_dof", "condition"] {
         assert!(number(v, key).is_finite());
     }
     let determined = v["parameters"].as_array().unwrap().len() as u64;
@@ -198,7 +198,7 @@ fn ur10_cubes_are_predicted_as_well_as_they_are_fitted() {
     let (_, step, _) = calibench(&[&"add", &"harmonic1:2", &dataset, &"--json"]);
     let step: Value = serde_json::from_str(&step).unwrap();
     for model in ["before", "after"] {
-        let [fit, predicted] = ["fit_rms_mm", "cv_rms_mm"].map(|key| number(&step[model], key));
+        let [fit, predicted] = ["residual_mm", "cross_validated_mm"].map(|key| number(&step[model], key));
         assert!(fit < predicted && predicted < 1.2 * fit, "{model}: {fit}, {predicted}");
     }
 }

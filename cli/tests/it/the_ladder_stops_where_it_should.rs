@@ -57,13 +57,13 @@ fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
     let at = folder.path();
     run(at, &scenario("paper.toml"));
     let v = climbed(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
-    assert_eq!(v["format"], "calibench-ladder/1");
+    assert_eq!(v["format"], "calibench-ladder/2");
     let steps = v["rungs"].as_array().unwrap();
     assert!(steps.len() >= 2 && steps[1]["added"][0] == "harmonic1:1", "{v}");
     for pair in steps.windows(2) {
         let errors = |r: &Value| r["checks"][0]["errors"]["rms_mm"].as_f64().unwrap();
         assert!(errors(&pair[1]) <= 1.01 * errors(&pair[0]));
-        assert!(pair[1]["cv_rms_mm"].as_f64() < pair[0]["cv_rms_mm"].as_f64());
+        assert!(pair[1]["cross_validated_mm"].as_f64() < pair[0]["cross_validated_mm"].as_f64());
     }
     assert_eq!(v["stopped"]["because"], "no_step_helps");
     let refused = v["stopped"]["tried"].as_array().unwrap();

@@ -99,7 +99,7 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
     let step = json(&at, &["add", "harmonic:3:202", "trical", "--json"]);
     let steps = report["ladder"]["rungs"].as_array().unwrap();
     for (ladder_step, of_step) in steps.iter().zip(["before", "after"]) {
-        assert_same(ladder_step, &step[of_step], &["fit_rms_mm", "cv_rms_mm", "noise_mm", "effects"]);
+        assert_same(ladder_step, &step[of_step], &["residual_mm", "cross_validated_mm", "noise_left_mm", "effects"]);
     }
     assert_eq!(steps.len(), 2);
 

@@ -56,7 +56,7 @@ fn the_error_at_poses_that_were_not_fitted_decides_and_nothing_else() {
     // Without such rows nobody is preferred, however small the residual.
     let fitted_alone = json(at, &["report", "run/trical", "--model", "poor.toml", "--against", "ripple.toml", "--json"]);
     let against_poor = &fitted_alone["against"];
-    assert!(number(&against_poor["figures"]["rms_mm"]) < number(&fitted_alone["figures"]["rms_mm"]));
+    assert!(number(&against_poor["figures"]["residual_mm"]) < number(&fitted_alone["figures"]["residual_mm"]));
     assert!(against_poor["paired"].is_null(), "{against_poor}");
     assert!(against_poor["sentence"].as_str().unwrap().contains("neither model is preferred"), "{against_poor}");
 

@@ -81,7 +81,7 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(added["step"], verb);
     assert_eq!((&first["accepted"], &first["objections"]), (&json!(true), &json!([])));
     for (name, of) in [("before", &first["before"]), ("after", &first["after"])] {
-        for key in ["fit_rms_mm", "cv_rms_mm", "validation"] {
+        for key in ["residual_mm", "cross_validated_mm", "validation"] {
             assert_eq!(of[key], verb[name][key], "{name}: {key} is never shown with two values");
         }
     }
@@ -91,7 +91,7 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     {
         assert_eq!(added["document"]["diagnosis"][key], *value, "{key}");
     }
-    let [before, after] = ["before", "after"].map(|k| verb[k]["fit_rms_mm"].as_f64().unwrap());
+    let [before, after] = ["before", "after"].map(|k| verb[k]["residual_mm"].as_f64().unwrap());
     assert!(after < 0.5 * before, "the ripple is most of what is left: {before} to {after}");
 
     // The saved model is the one that `add` writes; the page shows the steps.
@@ -198,7 +198,7 @@ fn an_expression_is_fitted_as_a_model_file_has_it_and_a_slip_is_told_at_its_fiel
     let fitted = bench.get("document");
     bench.act("save-model", &json!({}));
     let verb = printed(&at, &["diagnose", "trical", "--model", "kept/model.toml", "--json"]);
-    for key in ["rms_mm", "noise_mm", "dof", "verdict", "findings"] {
+    for key in ["residual_mm", "noise_left_mm", "dof", "verdict", "findings"] {
         assert_eq!(fitted["document"]["diagnosis"][key], verb[key], "{key}");
     }
     // Off, it is not part of the model; on again, it is the same one.
@@ -237,7 +237,7 @@ fn datasets_are_chosen_among_those_that_are_open() {
     bench.act("choose", &json!({"datasets": ["tracker"]}));
     let one = bench.get("document");
     let verb = printed(&at, &["diagnose", "tracker", "--json"]);
-    for key in ["rms_mm", "samples", "findings", "verdict"] {
+    for key in ["residual_mm", "samples", "findings", "verdict"] {
         assert_eq!(one["document"]["diagnosis"][key], verb[key], "{key}");
     }
     assert_eq!(bench.ask("POST", "/api/choose", &[], r#"{"datasets": []}"#).status, 422);

@@ -1,4 +1,4 @@
-//! `calibench-calibration/1`, printed by `identify`.
+//! `calibench-calibration/2`, printed by `identify`.
 
 use calibench::identify;
 use calibench::units::{DEG, MM};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FleetUsed, Shifts, finite, format_tag};
 
-format_tag!(CalibrationFormat, "calibench-calibration/1");
+format_tag!(CalibrationFormat, "calibench-calibration/2");
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -73,8 +73,6 @@ pub struct Calibration {
     pub samples: usize,
     /// Residual of the fitted rows, rms, mm.
     pub residual_mm: f64,
-    /// The same as `residual_mm`.
-    pub rms_mm: f64,
     /// Residual of the measured orientations, rms of the angles, deg; only if some were measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_orientation_deg: Option<f64>,
@@ -127,7 +125,7 @@ impl Calibration {
         let o = &c.observability;
         let [o1, o2, o3, o4, o5] = [o.o1, o.o2, o.o3, o.o4, o.o5].map(finite);
         Calibration {
-            format: CalibrationFormat::V1,
+            format: CalibrationFormat::Current,
             robot: c.robot_reference.clone(),
             effects: c.model.effects.clone(),
             parameters: c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(Parameter::of).collect(),
@@ -135,7 +133,6 @@ impl Calibration {
             outcome: c.outcome.map(|outcome| outcome.name().into()),
             samples: c.samples,
             residual_mm: c.rms / MM,
-            rms_mm: c.rms / MM,
             residual_orientation_deg: c.rms_orientation.map(|r| r / DEG),
             chi2_per_dof: finite(c.chi2_per_dof),
             dof: c.dof,

@@ -191,7 +191,7 @@ impl Check {
             }
         };
         Check {
-            format: CheckFormat::V1,
+            format: CheckFormat::Current,
             verdict: Some(if check.changed { "changed" } else { "valid" }.into()),
             false_alarm: FALSE_ALARM,
             conditions: check.conditions.iter().map(condition).collect(),
@@ -217,7 +217,7 @@ impl Check {
             unit: None,
         };
         Check {
-            format: CheckFormat::V1,
+            format: CheckFormat::Current,
             verdict: None,
             false_alarm: FALSE_ALARM,
             conditions: Vec::new(),

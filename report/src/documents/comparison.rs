@@ -1,11 +1,11 @@
-//! `calibench-comparison/1`, printed by `compare`.
+//! `calibench-comparison/2`, printed by `compare`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{OutsideRange, Workspace, format_tag};
 
-format_tag!(ComparisonFormat, "calibench-comparison/1");
+format_tag!(ComparisonFormat, "calibench-comparison/2");
 
 /// Significance of a view of the residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -238,7 +238,7 @@ pub struct Comparison {
     /// Set-ups whose base and tool come from rows that were fitted.
     pub from_fit_rows: Vec<String>,
     /// Residual, rms, mm.
-    pub rms_mm: f64,
+    pub residual_mm: f64,
     /// Residual of the measured orientations, rms of the angles, deg; only if some were measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_orientation_deg: Option<f64>,

@@ -147,13 +147,13 @@ impl Comparison {
             effects: f.effects.clone(),
         };
         Comparison {
-            format: ComparisonFormat::V1,
+            format: ComparisonFormat::Current,
             robot: c.robot.clone(),
             samples: c.samples,
             fitted: c.fit_relation.fitted,
             refitted: c.fit_relation.refitted.clone(),
             from_fit_rows: c.fit_relation.from_fit_rows.clone(),
-            rms_mm: c.rms / MM,
+            residual_mm: c.rms / MM,
             residual_orientation_deg: c.rms_orientation.map(|r| r / DEG),
             noise_mm: mm(level.map(|l| l.rms)),
             noise_um_per_axis: level.map(|l| l.per_axis / UM),

@@ -182,6 +182,6 @@ impl Compensation {
     /// A document without targets.
     #[must_use]
     pub fn of_robot(robot: &str) -> Self {
-        Compensation { format: CompensationFormat::V1, robot: robot.into(), targets: None, programs: None, rigid: None }
+        Compensation { format: CompensationFormat::Current, robot: robot.into(), targets: None, programs: None, rigid: None }
     }
 }

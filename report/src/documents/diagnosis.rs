@@ -1,4 +1,4 @@
-//! `calibench-diagnosis/1`, printed by `diagnose`.
+//! `calibench-diagnosis/2`, printed by `diagnose`.
 
 use calibench::diagnosis;
 use calibench::diagnosis::Verdict;
@@ -16,7 +16,7 @@ use crate::next_step::{command, next_step_sentences};
 use crate::recommended::Recommended;
 use crate::workspace::Forecast;
 
-format_tag!(DiagnosisFormat, "calibench-diagnosis/1");
+format_tag!(DiagnosisFormat, "calibench-diagnosis/2");
 
 /// Part of the data in which an effect occurs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -132,12 +132,9 @@ pub struct Diagnosis {
     /// Degrees of freedom.
     pub dof: usize,
     /// Residual, rms, mm.
-    pub rms_mm: f64,
+    pub residual_mm: f64,
     /// The part of the noise that remains in the residual, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_left_mm: Option<f64>,
-    /// The same as `noise_left_mm`.
-    pub noise_mm: f64,
+    pub noise_left_mm: f64,
     /// Residual beyond the noise, mm.
     pub unexplained_mm: f64,
     /// Sum of squared residuals over the noise, per degree of freedom; null if the noise is unknown.
@@ -289,12 +286,11 @@ impl Diagnosis {
             |c: &diagnosis::Contribution| Contribution { effect: c.effect.clone(), share: c.share, size_plausible: c.size };
         let unbelievable = |(effect, size): &(String, f64)| Unbelievable { effect: effect.clone(), size_plausible: *size };
         Diagnosis {
-            format: DiagnosisFormat::V1,
+            format: DiagnosisFormat::Current,
             samples: d.samples,
             dof: d.dof,
-            rms_mm: d.rms / MM,
-            noise_left_mm: Some(d.noise / MM),
-            noise_mm: d.noise / MM,
+            residual_mm: d.rms / MM,
+            noise_left_mm: d.noise / MM,
             unexplained_mm: d.unexplained / MM,
             chi2_per_dof: d.lack_of_fit_p.and_then(|_| finite(d.chi2_per_dof)),
             lack_of_fit_p: d.lack_of_fit_p,

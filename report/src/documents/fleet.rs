@@ -74,7 +74,7 @@ impl Fleet {
             }
         };
         let parameters = fleet.parameters.iter().map(parameter).collect();
-        Fleet { format: FleetFormat::V1, robot: fleet.robot.clone(), robots: fleet.robots, parameters }
+        Fleet { format: FleetFormat::Current, robot: fleet.robot.clone(), robots: fleet.robots, parameters }
     }
 }
 

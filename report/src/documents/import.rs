@@ -68,7 +68,7 @@ impl ImportReport {
     #[must_use]
     pub fn new(rows: &calibench::import::ImportReport, dataset: String) -> Self {
         ImportReport {
-            format: ImportFormat::V1,
+            format: ImportFormat::Current,
             rows_read: rows.rows_read,
             rows_kept: rows.rows_kept,
             rows_skipped: rows.skipped.len(),

@@ -1,4 +1,4 @@
-//! `calibench-ladder/1`, printed by `ladder`.
+//! `calibench-ladder/2`, printed by `ladder`.
 
 use calibench::selection;
 use calibench::selection::ladder::StopReason;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
-format_tag!(LadderFormat, "calibench-ladder/1");
+format_tag!(LadderFormat, "calibench-ladder/2");
 
 /// One of the compared models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -145,7 +145,7 @@ impl Ladder {
     pub fn of(ladder: &selection::ladder::Ladder) -> Self {
         let all: Vec<&selection::ladder::LadderStep> = ladder.steps.iter().collect();
         Ladder {
-            format: LadderFormat::V1,
+            format: LadderFormat::Current,
             steps: LadderStep::all(&all),
             stopped: Stopped::of(&ladder.top),
             other: ladder.other.as_ref().map(|other| LadderStep::of(other, &all)),

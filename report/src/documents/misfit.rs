@@ -84,7 +84,7 @@ impl Misfit {
             words: s.words.clone(),
         };
         Misfit {
-            format: MisfitFormat::V1,
+            format: MisfitFormat::Current,
             verdict: diagnosis::Verdict::DataDoNotFit.name().into(),
             cause: cause.name().into(),
             slips: slips.iter().map(slip).collect(),
@@ -111,7 +111,7 @@ impl Misfit {
             plausible_sizes: c.sizes,
         };
         Misfit {
-            format: MisfitFormat::V1,
+            format: MisfitFormat::Current,
             verdict: diagnosis::Verdict::DataDoNotFit.name().into(),
             cause: "corrections".into(),
             slips: Vec::new(),

@@ -196,7 +196,7 @@ impl Next {
             best.map(|(offer, step)| PlannedStep { action: Some(offer.action.words()), ..PlannedStep::of(step, Some(offer)) });
         let not_offered = |n: &planning::NotOffered| NotOffered { action: n.what.clone(), because: n.because.clone() };
         Next {
-            format: NextFormat::V1,
+            format: NextFormat::Current,
             criterion: criterion_name(p.criterion).into(),
             rivals: p.rivals.iter().map(|r| Rival { effect: r.effect.clone(), probability: r.probability }).collect(),
             now: PlannedStep::of(&p.now, None),
@@ -228,7 +228,7 @@ impl Detectability {
             unit: s.unit.symbol.into(),
         };
         Detectability {
-            format: DetectabilityFormat::V1,
+            format: DetectabilityFormat::Current,
             level: d.level,
             power: d.power,
             effects: d.sights.iter().map(effect).collect(),

@@ -1,4 +1,4 @@
-//! `calibench-run/1`: `result.json` of a run folder, also printed by `run`.
+//! `calibench-run/2`: `result.json` of a run folder, also printed by `run`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Calibration, Validation, format_tag};
 
-format_tag!(RunFormat, "calibench-run/1");
+format_tag!(RunFormat, "calibench-run/2");
 
 /// A parameter against the ground truth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

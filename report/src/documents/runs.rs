@@ -234,7 +234,7 @@ impl Runs {
             shares: e.in_runs.iter().map(|[_, share]| *share).collect(),
         };
         Runs {
-            format: RunsFormat::V1,
+            format: RunsFormat::Current,
             verdict: comparison.verdict.name().into(),
             warmer_k: comparison.warmer,
             false_alarm: RUNS_FALSE_ALARM,

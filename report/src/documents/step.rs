@@ -1,4 +1,4 @@
-//! Steps of a ladder, and `calibench-step/1`, printed by `add`.
+//! Steps of a ladder, and `calibench-step/2`, printed by `add`.
 
 use calibench::diagnosis;
 use calibench::identify::calibration::Estimate;
@@ -13,7 +13,7 @@ use super::{Workspace, finite, format_tag};
 use crate::finding_notes::{found, parted_by};
 use crate::ladder_sentences::{added_words, objection_sentence, symptom_sentence};
 
-format_tag!(StepFormat, "calibench-step/1");
+format_tag!(StepFormat, "calibench-step/2");
 
 /// Onset of an effect of time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -75,7 +75,7 @@ pub struct SessionErrors {
     /// Name of the session.
     pub name: String,
     /// Cross-validated error, rms, mm.
-    pub cv_rms_mm: f64,
+    pub cross_validated_mm: f64,
     /// Error when predicted from the other sessions, rms, mm; null if not predicted.
     pub from_others_rms_mm: Option<f64>,
 }
@@ -122,13 +122,9 @@ pub struct LadderStep {
     /// Effects of the model.
     pub effects: Vec<String>,
     /// Residual of the fit, rms, mm.
-    pub fit_rms_mm: f64,
-    /// The same as `fit_rms_mm`.
     pub residual_mm: f64,
     /// Error of blocks of postures left out one by one, rms, mm.
     pub cross_validated_mm: f64,
-    /// The same as `cross_validated_mm`.
-    pub cv_rms_mm: f64,
     /// Sum of squared residuals over the noise, per degree of freedom; null without a stated noise.
     pub chi2_per_dof: Option<f64>,
     /// Error expected over the workspace; null if it cannot be predicted.
@@ -138,10 +134,7 @@ pub struct LadderStep {
     /// Errors on the validation rows; null without any.
     pub validation: Option<ErrorSummary>,
     /// The part of the noise that remains in the residual, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_left_mm: Option<f64>,
-    /// The same as `noise_left_mm`.
-    pub noise_mm: f64,
+    pub noise_left_mm: f64,
     /// Errors by session.
     pub sessions: Vec<SessionErrors>,
     /// Errors on the datasets given as checks.
@@ -235,7 +228,7 @@ impl LadderStep {
     pub fn of(step: &selection::ladder::LadderStep, below: &[&selection::ladder::LadderStep]) -> Self {
         let session = |s: &selection::SessionError| SessionErrors {
             name: s.name.clone(),
-            cv_rms_mm: s.cross_validated / MM,
+            cross_validated_mm: s.cross_validated / MM,
             from_others_rms_mm: s.from_others.map(|v| v / MM),
         };
         let parameter = |e: &Estimate| AddedParameter {
@@ -252,16 +245,13 @@ impl LadderStep {
             added_notes: EffectNote::all(&step.added, below),
             parameters: added.map(parameter).collect(),
             effects: step.model.effects.clone(),
-            fit_rms_mm: step.fit / MM,
             residual_mm: step.fit / MM,
             cross_validated_mm: step.cross_validated / MM,
-            cv_rms_mm: step.cross_validated / MM,
             chi2_per_dof: step.calibration.noise_stated.then_some(step.chi2_per_dof).and_then(finite),
             workspace: step.workspace.as_ref().map(Workspace::of),
             undetermined: step.undetermined.clone(),
             validation: step.validation.as_ref().map(ErrorSummary::of),
-            noise_left_mm: Some(step.noise / MM),
-            noise_mm: step.noise / MM,
+            noise_left_mm: step.noise / MM,
             sessions: step.sessions.iter().map(session).collect(),
             checks: step.checks.iter().map(CheckErrors::of).collect(),
             symptoms: step.symptoms.iter().map(symptom_sentence).collect(),
@@ -282,7 +272,7 @@ impl Step {
         accepted: bool,
     ) -> Self {
         Step {
-            format: StepFormat::V1,
+            format: StepFormat::Current,
             before: LadderStep::of(before, &[]),
             after: LadderStep::of(after, &[before]),
             objections: objections.iter().map(objection_sentence).collect(),

@@ -115,7 +115,7 @@ impl Validation {
         let [q05, q25, q50, q75, q95] = v.quantiles.map(|q| q / MM);
         let bin = |b: &residuals::HistogramBin| HistogramBin { from_mm: b.from / MM, to_mm: b.to / MM, count: b.count };
         Validation {
-            format: ValidationFormat::V1,
+            format: ValidationFormat::Current,
             samples: v.samples,
             mean_mm: v.mean / MM,
             max_mm: v.max / MM,

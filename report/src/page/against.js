@@ -120,9 +120,9 @@ function figuresOfTwo({ figures: ofA, ladder, names }, it) {
     const beyond = apart ? "the bands are apart" : "no: the bands overlap";
     add(`${names.workspace}, mean`, a.mean_mm, b.mean_mm, { isMean: true, bandA, bandB, beyond });
   }
-  add(`${names.cross_validated}, rms`, rungA.cv_rms_mm, rungB.cv_rms_mm);
-  add(`${names.residual}, rms`, ofA.rms_mm, ofB.rms_mm, { beyond: "favours neither" });
-  add(names.noise_left, ofA.noise_mm, ofB.noise_mm, { beyond: "" });
+  add(`${names.cross_validated}, rms`, rungA.cross_validated_mm, rungB.cross_validated_mm);
+  add(`${names.residual}, rms`, ofA.residual_mm, ofB.residual_mm, { beyond: "favours neither" });
+  add(names.noise_left, ofA.noise_left_mm, ofB.noise_left_mm, { beyond: "" });
   add(names.unexplained, ofA.unexplained_mm, ofB.unexplained_mm, { beyond: "" });
   return rows;
 }

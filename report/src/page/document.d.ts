@@ -60,8 +60,8 @@ interface Report extends Worded {
 type WholeReport = Report & { residuals: Residuals };
 
 interface Figures {
-  rms_mm: number;
-  noise_mm: number;
+  residual_mm: number;
+  noise_left_mm: number;
   noise_stated: boolean;
   unexplained_mm?: number | null;
   samples: number;
@@ -161,9 +161,9 @@ interface Contribution {
 interface Rung {
   added?: string[];
   removed?: string[];
-  fit_rms_mm: number;
-  cv_rms_mm?: number | null;
-  noise_mm?: number | null;
+  residual_mm: number;
+  cross_validated_mm?: number | null;
+  noise_left_mm?: number | null;
   chi2_per_dof?: number | null;
   workspace?: { mean_mm: number; mean_band_mm: ErrorBand } | null;
   validation?: Errors | null;
@@ -205,7 +205,7 @@ interface Calibration {
   samples: number;
   rank: number;
   dof: number;
-  rms_mm: number;
+  residual_mm: number;
   chi2_per_dof: number | null;
   noise_stated: boolean;
   condition: number;

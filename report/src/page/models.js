@@ -20,14 +20,14 @@ function twoErrors(errors) {
  */
 const row = (r, name) => ({
   name,
-  fit: r.fit_rms_mm,
-  cv: r.cv_rms_mm,
+  fit: r.residual_mm,
+  cv: r.cross_validated_mm,
   expected: r.workspace?.mean_mm,
   band: r.workspace?.mean_band_mm,
   measured: r.validation?.mean_mm,
   reach: r.validation && twoErrors(r.validation),
   largest: r.validation?.max_mm,
-  noise: r.noise_mm,
+  noise: r.noise_left_mm,
   chi2: r.chi2_per_dof,
 });
 

@@ -79,8 +79,8 @@ impl PageModel {
         let validation = has_validation(subject.judged).then(|| predicted(subject.judged)).transpose()?;
         let validation = validation.as_ref().and_then(Validation::of);
         Ok(json!({
-            "fit_rms_mm": scores.fit / MM,
-            "cv_rms_mm": scores.cross_validated / MM,
+            "residual_mm": scores.fit / MM,
+            "cross_validated_mm": scores.cross_validated / MM,
             "validation": validation.as_ref().map(documents::ErrorSummary::of),
         }))
     }
@@ -241,8 +241,8 @@ pub(super) fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Va
     let d = &first.diagnosis;
     json!({
         "samples": d.samples,
-        "rms_mm": d.rms / MM,
-        "noise_mm": d.noise / MM,
+        "residual_mm": d.rms / MM,
+        "noise_left_mm": d.noise / MM,
         "unexplained_mm": d.unexplained / MM,
         "noise_stated": d.lack_of_fit_p.is_some(),
         "expected": forecast.map(documents::Workspace::of_forecast),

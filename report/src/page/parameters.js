@@ -22,7 +22,7 @@ export function parameters(report) {
       "p",
       {},
       `${c.samples} samples, ${c.rank} independent parameters, ${c.dof} degrees of freedom; residual ` +
-        `${millimetres(c.rms_mm)} mm rms (3-D), χ²/dof ${digits(c.chi2_per_dof)}. One sigma is of the noise ` +
+        `${millimetres(c.residual_mm)} mm rms (3-D), χ²/dof ${digits(c.chi2_per_dof)}. One sigma is of the noise ` +
         `${noise}; it knows nothing of effects that are not in the model.`,
     ),
     identified(report),

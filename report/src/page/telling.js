@@ -84,7 +84,7 @@ const explainedBy = (name) => ["diamond", `explained by ${name}`];
  * @param {Candidate} candidate
  */
 function left(report, candidate) {
-  const [after, before] = [candidate.rms_after_mm, report.figures.rms_mm].map(millimetres);
+  const [after, before] = [candidate.rms_after_mm, report.figures.residual_mm].map(millimetres);
   const name = named(report, candidate.effect);
   return `With ${name} in the model and all else re-fitted, ${after} of ${before} mm would remain.`;
 }
@@ -197,7 +197,7 @@ function contributions(report) {
  */
 function samples(report, sample, candidate) {
   const { figures, residuals } = report;
-  const noise = 1000 * figures.noise_mm;
+  const noise = 1000 * figures.noise_left_mm;
   /** @type {(theme: Theme, s: Sample) => Option} */
   const marked = (theme, s) => ({
     symbol: "diamond",

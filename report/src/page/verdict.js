@@ -37,8 +37,8 @@ function tiles({ figures, names }) {
     return element("div", {}, element("dt", {}, capital(name)), element("dd", {}, said));
   };
   const noise = figures.noise_stated ? names.noise_left : "the best explanation would leave";
-  const left = `${figures.samples} samples; ${noise} ${millimetres(figures.noise_mm)} mm`;
-  const shown = [tile(`${names.residual}, rms`, millimetres(figures.rms_mm), left)];
+  const left = `${figures.samples} samples; ${noise} ${millimetres(figures.noise_left_mm)} mm`;
+  const shown = [tile(`${names.residual}, rms`, millimetres(figures.residual_mm), left)];
   if (expected) {
     const [low, high] = expected.mean_band_mm.map(thousandths);
     const beside = `${low} to ${high} mm; largest ${thousandths(expected.max_mm)} mm`;

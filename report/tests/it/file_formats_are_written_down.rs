@@ -241,7 +241,7 @@ const WRONG: &[[&str; 3]] = &[
     ["scenario", "[25, 52]", "25"],
     ["scenario", "[expect]", "[expected]"],
     ["scenario", "[expect]", "[[ball]]\nid = '1'\n\n[expect]"],
-    ["run", "\"calibench-run/1\"", "\"calibench-run/0\""],
+    ["run", "\"calibench-run/2\"", "\"calibench-run/1\""],
     ["run", "\"seed\": 7", "\"sead\": 7"],
     ["run", "\"seed\": 7", "\"seed\": \"7\""],
 ];

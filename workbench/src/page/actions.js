@@ -88,7 +88,7 @@ function turned(told, again) {
   const said = both.filter(Boolean).join(" and ");
   if (accepted) {
     const name = given(bench.report).names.cross_validated;
-    const [from, to] = [before.cv_rms_mm, after.cv_rms_mm].map(millimetres);
+    const [from, to] = [before.cross_validated_mm, after.cross_validated_mm].map(millimetres);
     return `Switched ${said} in ${seconds(tookMs)}: ${name} ${from} to ${to} mm.`;
   }
   const notice = byId("refused");

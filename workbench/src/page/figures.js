@@ -72,12 +72,12 @@ export function now() {
   return [
     tile(
       `${names.residual}, rms`,
-      (r) => r.fit_rms_mm,
+      (r) => r.residual_mm,
       () => samples,
     ),
     tile(
       `${names.cross_validated}, rms`,
-      (r) => r.cv_rms_mm,
+      (r) => r.cross_validated_mm,
       () => "blocks that were not fitted",
     ),
     validation &&
@@ -89,7 +89,7 @@ export function now() {
     tile(`${names.workspace}, mean`, (r) => r.workspace?.mean_mm, band),
     tile(
       `${names.noise_left}, rms`,
-      (r) => r.noise_mm,
+      (r) => r.noise_left_mm,
       () => noise,
     ),
   ];
@@ -116,11 +116,11 @@ export function stairs() {
   const titles = steps.map(stepName);
   /** @type {[name: string, of: Figure, colour: keyof Theme, symbol: string, type?: string][]} */
   const every = [
-    [names.residual, (r) => r.fit_rms_mm, "residual", "circle"],
-    [names.cross_validated, (r) => r.cv_rms_mm, "other", "triangle"],
+    [names.residual, (r) => r.residual_mm, "residual", "circle"],
+    [names.cross_validated, (r) => r.cross_validated_mm, "other", "triangle"],
     [names.not_fitted, (r) => r.validation?.rms_mm, "measured", "rect"],
     [`${names.workspace}, mean`, (r) => r.workspace?.mean_mm, "predicted", "diamond"],
-    [names.noise_left, (r) => r.noise_mm, "noise", "none", "dashed"],
+    [names.noise_left, (r) => r.noise_left_mm, "noise", "none", "dashed"],
   ];
   const lines = every.filter(([, of]) => steps.some((r) => isNumber(of(r))));
   /** @param {Figure} of */
