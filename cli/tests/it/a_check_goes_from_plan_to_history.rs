@@ -5,15 +5,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::program::calibench;
 use serde_json::Value;
 use tempfile::TempDir;
 
 /// A short plan in the cell of table 8, seen by an instrument of its own.
 const SCENARIO: &str = "format = \"calibench-scenario/1\"\nextends = \"BASE\"\n[plan]\npool_per_ball = 150\nstarts = 1\n";
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
 
 fn ran(folder: &Path, line: &str) -> Output {
     let output = calibench(folder, &line.split(' ').collect::<Vec<_>>());

@@ -2,26 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::program::{calibench, json, run_of};
 use serde_json::Value;
 
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
 fn diagnosed(folder: &Path, arguments: &[&str]) -> Value {
-    let output = calibench(folder, &[&["diagnose", "--json"], arguments].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn run(scenario: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
-    let output = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    folder
+    json(folder, &[&["diagnose", "--json"], arguments].concat())
 }
 
 fn sentences(v: &Value) -> Vec<String> {
@@ -36,7 +22,7 @@ fn command(label: &str, said: &[String]) -> Vec<String> {
 
 #[test]
 fn from_few_samples_and_noise_stated_too_large_little_is_concluded() {
-    let folder = run("table8.toml");
+    let folder = run_of("table8.toml");
     let trical = folder.path().join("run/trical");
     let samples = fs::read_to_string(trical.join("samples.csv")).unwrap();
     let described = fs::read_to_string(trical.join("dataset.toml")).unwrap();
@@ -73,7 +59,7 @@ fn from_few_samples_and_noise_stated_too_large_little_is_concluded() {
 
 #[test]
 fn a_moved_ball_is_named_and_to_be_looked_at() {
-    let folder = run("moved-ball.toml");
+    let folder = run_of("moved-ball.toml");
     let v = diagnosed(folder.path(), &["run/trical"]);
     for key in [
         "format",
@@ -119,7 +105,7 @@ fn a_moved_ball_is_named_and_to_be_looked_at() {
 
 #[test]
 fn what_no_catalogue_holds_is_shown_as_a_curve_to_add() {
-    let folder = run("blind-gear-defect.toml");
+    let folder = run_of("blind-gear-defect.toml");
     let v = diagnosed(folder.path(), &["run/trical"]);
     assert_eq!(v["verdict"], "unexplained");
     let said = sentences(&v);
@@ -140,7 +126,7 @@ fn what_no_catalogue_holds_is_shown_as_a_curve_to_add() {
 
 #[test]
 fn chi_square_is_not_spoken_of_where_no_noise_is_stated() {
-    let folder = run("payload-wrong.toml");
+    let folder = run_of("payload-wrong.toml");
     let path = folder.path().join("run/trical/dataset.toml");
     let text = fs::read_to_string(&path).unwrap();
     let (before, after) = text.split_once("[noise]").unwrap();

@@ -3,15 +3,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::program::{calibench, run_of};
 use serde_json::Value;
 
 const MODEL: &str = "# our KR6, cell 3\neffects = [\n    \"base_frame\", # it was moved in May\n    \"mdh\",\n    \"joint_compliance\",\n]\n# nothing else is known\n";
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
 
 fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
@@ -23,10 +20,7 @@ fn document(output: &Output) -> Value {
 
 /// A measured robot of the paper, and a model file with comments.
 fn paper() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/paper.toml");
-    let run = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let folder = run_of("paper.toml");
     fs::write(folder.path().join("model.toml"), MODEL).unwrap();
     folder
 }
@@ -187,10 +181,7 @@ fn what_cannot_be_added_is_refused_in_one_line() {
 /// A measurement without objections is not excluded: neither the worst of a good campaign nor one named by the user.
 #[test]
 fn a_good_sample_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/perfect.toml");
-    let run = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let folder = run_of("perfect.toml");
     for effect in ["outlier", "outlier:p05", "outlier:p33"] {
         let refused = calibench(folder.path(), &["add", effect, "run/trical", "-o", "model.toml"]);
         assert_eq!(code(&refused), 1, "{effect}: {}", String::from_utf8_lossy(&refused.stdout));

@@ -4,8 +4,8 @@
 use crate::oracles;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::program::{calibench, done, run_of};
 use serde_json::Value;
 
 /// Precision of the errors in the files, mm.
@@ -13,16 +13,6 @@ const NANOMETRE: f64 = 1e-6;
 
 /// Largest distance of balls from the mean of their rows, mm, caused by known distances between them.
 const HELD: f64 = 0.01;
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = calibench(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// Runs `prove` with `--rows`, checks every file against its proof, and counts the proofs of each kind of division.
 fn proved(folder: &Path, arguments: &[&str]) -> BTreeMap<String, usize> {
@@ -73,9 +63,7 @@ impl Rows {
 
 #[test]
 fn rows_of_postures_blocks_and_campaigns_leave_what_the_proof_says() {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    done(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
+    let folder = run_of("table8.toml");
     let kinds = proved(
         folder.path(),
         &["run/tracker", "run/trical", "--folds", "2", "--blocks", "2", "--short", "60", "--draws", "1", "--campaigns"],

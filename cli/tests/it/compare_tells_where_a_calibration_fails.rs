@@ -3,8 +3,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::program::{calibench, done, json, run_of, scenario};
 use calibench::diagnosis::diagnose;
 use calibench::identify::Model;
 use calibench::identify::fit::Outcome;
@@ -12,26 +12,8 @@ use calibench::measure::dataset::file::read_dataset;
 use calibench_report::{Recommended, sentences};
 use serde_json::Value;
 
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = calibench(folder, arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
 fn compared(folder: &Path, arguments: &[&str]) -> Value {
-    serde_json::from_str(&done(folder, &[&["compare", "--json"], arguments].concat())).unwrap()
-}
-
-/// Runs a scenario of the repository into `run` in a new folder.
-fn run(scenario: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
-    done(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    folder
+    json(folder, &[&["compare", "--json"], arguments].concat())
 }
 
 fn number(v: &Value, key: &str) -> f64 {
@@ -40,7 +22,7 @@ fn number(v: &Value, key: &str) -> f64 {
 
 #[test]
 fn the_papers_robot_shows_its_first_joint() {
-    let folder = run("paper.toml");
+    let folder = run_of("paper.toml");
     let v = compared(folder.path(), &["run/trical.toml", "run/trical", "--plots", "plots"]);
     assert_eq!(
         (&v["format"], &v["samples"], &v["noise_source"]),
@@ -103,7 +85,7 @@ fn the_papers_robot_shows_its_first_joint() {
 
 #[test]
 fn a_right_model_leaves_nothing_to_say() {
-    let folder = run("table8.toml");
+    let folder = run_of("table8.toml");
     let v = compared(folder.path(), &["run/trical.toml", "run/trical"]);
     assert_eq!(v["findings"].as_array().map(Vec::len), Some(0), "{v}");
     assert!(number(&v, "lack_of_fit_p") > 0.01);
@@ -111,7 +93,7 @@ fn a_right_model_leaves_nothing_to_say() {
 
 #[test]
 fn bad_input_is_one_line_with_a_remedy() {
-    let folder = run("perfect.toml");
+    let folder = run_of("perfect.toml");
     let at = folder.path();
     fs::create_dir(at.join("mine")).unwrap();
     fs::write(at.join("mine/notes.txt"), "mine").unwrap();
@@ -154,7 +136,7 @@ fn of_balls(folder: &Path, balls: &[&str], name: &str) {
 /// is then undetermined, and an error of hundredths of a millimetre must not be claimed.
 #[test]
 fn the_error_to_expect_is_told_only_where_the_base_is_known() {
-    let folder = run("table8.toml");
+    let folder = run_of("table8.toml");
     let at = folder.path();
     for (balls, open) in [(&["1"][..], 3), (&["3", "4"], 1), (&["1", "2", "3", "4"], 0)] {
         let name = balls.join("and");
@@ -172,11 +154,11 @@ fn the_error_to_expect_is_told_only_where_the_base_is_known() {
 /// A mean lies within its own band, and two verbs report the same noise.
 #[test]
 fn a_knocked_ball_is_told_alike_by_all() {
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/moved-ball.toml");
+    let scenario = scenario("moved-ball.toml");
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for seed in ["1", "2", "3"] {
-        done(at, &["run", scenario.to_str().unwrap(), "--out", seed, "--seed", seed]);
+        done(at, &["run", &scenario, "--out", seed, "--seed", seed]);
         let data = format!("{seed}/trical");
         let diagnosis: Value = serde_json::from_str(&done(at, &["diagnose", "--json", &data])).unwrap();
         let comparison = compared(at, &[&format!("{seed}/trical.toml"), &data]);
@@ -195,7 +177,7 @@ fn a_knocked_ball_is_told_alike_by_all() {
 /// The results of a fit that did not converge are invalid: every verb that reads it says so, and none commands a robot with it.
 #[test]
 fn a_fit_that_did_not_converge_is_used_for_nothing() {
-    let folder = run("table8.toml");
+    let folder = run_of("table8.toml");
     let at = folder.path();
     let file = fs::read_to_string(at.join("run/trical.toml")).unwrap();
     fs::write(at.join("c.toml"), file.replace("outcome = \"converged\"", "outcome = \"iteration_limit\"")).unwrap();

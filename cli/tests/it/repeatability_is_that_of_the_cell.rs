@@ -3,9 +3,9 @@
 //! error.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
+use crate::program::calibench;
 use crate::served::Bench;
 use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station};
 use calibench::units::{ARCSEC, UM, URAD};
@@ -132,10 +132,6 @@ fn of_a_perfect_robot_the_gauge_is_left() {
         // A tenth of a micrometre at the end of the joint's lever, from 160 arrivals.
         assert!(j.at_tcp() < 0.1 * UM, "joint {}: {} um", j.joint + 1, j.at_tcp() / UM);
     }
-}
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
 }
 
 #[test]

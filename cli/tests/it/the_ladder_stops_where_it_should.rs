@@ -3,27 +3,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::program::{calibench, done, json, run_of, scenario};
 use serde_json::Value;
 
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn run(folder: &Path, scenario: &str) {
-    let output = calibench(folder, &["run", scenario, "--out", "run"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
-fn scenario(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(name).to_str().unwrap().to_owned()
-}
-
 fn climbed(folder: &Path, arguments: &[&str]) -> Value {
-    let output = calibench(folder, &[&["ladder", "--json"], arguments].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    json(folder, &[&["ladder", "--json"], arguments].concat())
 }
 
 fn mean(folder: &Path, model: &str) -> f64 {
@@ -36,8 +21,7 @@ fn mean(folder: &Path, model: &str) -> f64 {
 
 #[test]
 fn one_missing_effect_is_one_rung() {
-    let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &scenario("moved-ball.toml"));
+    let folder = run_of("moved-ball.toml");
     let output = calibench(folder.path(), &["ladder", "run/trical", "-o", "model.toml"]);
     let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{told}");
@@ -53,9 +37,8 @@ fn one_missing_effect_is_one_rung() {
 
 #[test]
 fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = run_of("paper.toml");
     let at = folder.path();
-    run(at, &scenario("paper.toml"));
     let v = climbed(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
     assert_eq!(v["format"], "calibench-ladder/2");
     let steps = v["rungs"].as_array().unwrap();
@@ -89,7 +72,7 @@ fn a_spring_of_the_wrong_sign_is_called_a_symptom() {
         scenario("table8.toml")
     );
     fs::write(folder.path().join("wrong.toml"), truth).unwrap();
-    run(folder.path(), "wrong.toml");
+    done(folder.path(), &["run", "wrong.toml", "--out", "run"]);
     let v = climbed(folder.path(), &["run/trical"]);
     let symptoms = v["rungs"][0]["symptoms"].as_array().unwrap();
     assert_eq!(symptoms.len(), 1, "{symptoms:?}");

@@ -4,27 +4,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::program::{done, json, run_of, scenario};
 use serde_json::Value;
 
 /// Allowed difference from another verb's output for the same data: the rounding of files to fifteen digits.
 const ROUNDING: f64 = 1e-9;
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Vec<u8> {
-    let output = Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output.stdout
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    serde_json::from_slice(&calibench(folder, arguments)).unwrap()
-}
-
-fn run() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
-    calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    folder
-}
 
 /// The document in a page.
 fn document(page: &str) -> Value {
@@ -58,7 +42,7 @@ fn assert_same(a: &Value, b: &Value, keys: &[&str]) {
 
 #[test]
 fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
-    let folder = run();
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path().join("run");
     let page = fs::read_to_string(at.join("report.html")).unwrap();
 
@@ -75,9 +59,9 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
     );
 
     // The same bytes: regenerated from the run's folder, from elsewhere, and from another run.
-    calibench(folder.path(), &["report", "run", "-o", "again.html"]);
+    done(folder.path(), &["report", "run", "-o", "again.html"]);
     assert!(fs::read_to_string(folder.path().join("again.html")).unwrap() == page);
-    let other = run();
+    let other = run_of("gear-ripple.toml");
     assert!(fs::read_to_string(other.path().join("run/report.html")).unwrap() == page);
 
     // The numbers agree with the other verbs. The error over the workspace is given at the poses on which the run was
@@ -123,14 +107,14 @@ const PIXEL: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0
 
 #[test]
 fn the_cell_as_it_was_drawn_is_in_the_page_itself_and_the_model_of_the_run_beside_it() {
-    let folder = run();
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path().join("run");
     let without = document(&fs::read_to_string(at.join("report.html")).unwrap());
     assert_eq!(without["pictures"], serde_json::json!([]));
 
     fs::write(at.join("cell.png"), PIXEL).unwrap();
     fs::write(at.join("gauge.png"), PIXEL).unwrap();
-    calibench(folder.path(), &["report", "run"]);
+    done(folder.path(), &["report", "run"]);
     let page = fs::read_to_string(at.join("report.html")).unwrap();
     let pictures = document(&page)["pictures"].as_array().unwrap().clone();
     assert_eq!(pictures.len(), 2);
@@ -154,15 +138,15 @@ fn the_cell_as_it_was_drawn_is_in_the_page_itself_and_the_model_of_the_run_besid
     assert_eq!(report["fitted"], without["diagnosis"]["fitted"]);
 
     // A run is replaced by another one.
-    let again = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
-    calibench(folder.path(), &["run", again.to_str().unwrap(), "--out", "run"]);
+    let again = scenario("gear-ripple.toml");
+    done(folder.path(), &["run", &again, "--out", "run"]);
     assert!(!at.join("gauge.png").exists());
 }
 
 #[test]
 fn hostile_names_stay_text() {
     const HOSTILE: &str = "</script><img src=x onerror=alert(1)>&<!--";
-    let folder = run();
+    let folder = run_of("gear-ripple.toml");
     let trical = folder.path().join("run/trical");
     let described = fs::read_to_string(trical.join("dataset.toml")).unwrap();
     let renamed = described.replace("id = \"3\"", &format!("id = '{HOSTILE}'"));
@@ -183,7 +167,7 @@ fn hostile_names_stay_text() {
     let hostile_folder = folder.path().join("<b>run&");
     fs::rename(&trical, &hostile_folder).unwrap();
 
-    calibench(folder.path(), &["report", "<b>run&", "-o", "hostile.html"]);
+    done(folder.path(), &["report", "<b>run&", "-o", "hostile.html"]);
     let page = fs::read_to_string(folder.path().join("hostile.html")).unwrap();
     let (outside, tags) = outside_scripts(&page);
     assert_eq!(tags.len(), 4);

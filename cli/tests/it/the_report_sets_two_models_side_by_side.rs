@@ -1,23 +1,12 @@
 //! A report with a second model prefers one only by rows that neither was fitted to; and its view in space shows the page's residuals.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::program::{calibench, json, run_of};
 use serde_json::Value;
 
 /// Drawn numbers have six digits, arrows a tenth of a micrometre.
 const DRAWN: f64 = 1e-4;
-
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = calibench(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
@@ -34,10 +23,8 @@ fn near(a: f64, b: f64, within: f64) {
 
 #[test]
 fn the_error_at_poses_that_were_not_fitted_decides_and_nothing_else() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
-    assert!(calibench(at, &["run", scenario.to_str().unwrap(), "--out", "run"]).status.success());
     let own = r#"effects = ["base_frame", "mdh", "joint_compliance"]"#;
     fs::write(at.join("own.toml"), own).unwrap();
     fs::write(at.join("ripple.toml"), own.replace(']', r#", "harmonic:3:202"]"#)).unwrap();

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use crate::program::run_of;
 use serde_json::Value;
 
 fn calibench(folder: &Path, arguments: &[&str]) -> Output {
@@ -31,14 +32,6 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-fn run(scenario: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
-    let output = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    folder
-}
-
 /// The text without the codes of its colours.
 fn plain(text: &str) -> String {
     let mut parts = text.split('\u{1b}');
@@ -48,7 +41,7 @@ fn plain(text: &str) -> String {
 
 #[test]
 fn colour_is_for_terminals_and_for_those_who_ask() {
-    let folder = run("gear-ripple.toml");
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path();
     let diagnose = ["diagnose", "run/trical"];
     let piped = text(&calibench(at, &diagnose).stdout);
@@ -66,7 +59,7 @@ fn colour_is_for_terminals_and_for_those_who_ask() {
 
 #[test]
 fn levels_take_lines_away_and_change_none() {
-    let folder = run("gear-ripple.toml");
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path();
     for arguments in [
         &["identify", "run/trical"][..],
@@ -105,7 +98,7 @@ fn levels_take_lines_away_and_change_none() {
 
 #[test]
 fn a_dash_is_a_standard_stream_with_the_bytes_of_the_file() {
-    let folder = run("gear-ripple.toml");
+    let folder = run_of("gear-ripple.toml");
     let at = folder.path();
     let done = |arguments: &[&str]| {
         let output = calibench(at, arguments);
@@ -168,7 +161,7 @@ fn a_dash_is_a_standard_stream_with_the_bytes_of_the_file() {
 #[test]
 fn sentences_name_effects_and_verdicts_in_words() {
     for scenario in ["gear-ripple.toml", "moved-ball.toml", "table8.toml"] {
-        let folder = run(scenario);
+        let folder = run_of(scenario);
         for verb in ["diagnose", "ladder"] {
             let output = calibench(folder.path(), &[verb, "run/trical"]);
             let said = text(&output.stdout) + &text(&output.stderr);
@@ -191,7 +184,7 @@ fn sentences_name_effects_and_verdicts_in_words() {
 #[test]
 fn there_is_one_voice() {
     for scenario in ["gear-ripple.toml", "moved-ball.toml", "table8.toml"] {
-        let folder = run(scenario);
+        let folder = run_of(scenario);
         let at = folder.path();
         let json = |arguments: &[&str]| -> Value { serde_json::from_slice(&calibench(at, arguments).stdout).unwrap() };
         let diagnosis = json(&["diagnose", "run/trical", "--json"]);
@@ -233,7 +226,7 @@ fn there_is_one_voice() {
 fn an_import_is_one_document_when_it_succeeds_too() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let made = run("table8.toml");
+    let made = run_of("table8.toml");
     let samples = fs::read_to_string(made.path().join("run/validation/samples.csv")).unwrap();
     fs::write(at.join("points.csv"), samples).unwrap();
     let guessed = calibench(at, &["import", "guess", "points.csv", "--robot", "kr6_r700", "-o", "map.toml", "--json"]);

@@ -6,6 +6,7 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use crate::program::run_of;
 use crate::workbench::Workbench;
 use serde_json::{Value, json};
 
@@ -20,10 +21,7 @@ fn printed(folder: &Path, arguments: &[&str]) -> Value {
 }
 
 fn ripple() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
-    calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
-    folder
+    run_of("gear-ripple.toml")
 }
 
 /// The document without timings.
