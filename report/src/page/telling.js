@@ -184,8 +184,8 @@ function agreement(report, candidate) {
 /** @param {Report} report */
 function contributions(report) {
   const told =
-    "No single effect is significant. This is how the residual divides when the whole catalogue is fitted at once, each " +
-    "effect held to its plausible size.";
+    "No single effect is significant. This is how the residual divides when the whole catalogue is fitted at once, " +
+    "each effect held to its plausible size.";
   return [figure(contributionChart(report, report.diagnosis.contributions.slice(0, 12)), told)];
 }
 
