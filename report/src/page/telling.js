@@ -90,7 +90,7 @@ function left(report, candidate) {
 }
 
 /**
- * The apparent error of a joint, and what a candidate would take of it.
+ * The apparent error of a joint, and the part that a candidate explains.
  * @param {WholeReport} report
  * @param {Candidate} candidate
  * @param {number} joint
@@ -155,7 +155,7 @@ function curve({ joint, against, unit, at, mean_urad: mean, sigma_urad: sigma })
 }
 
 /**
- * What the fit leaves against what a candidate would take.
+ * The residual against the part that a candidate explains.
  * @param {WholeReport} report
  * @param {Candidate} candidate
  */
