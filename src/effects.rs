@@ -213,6 +213,26 @@ pub enum EffectError {
 
 /// Builds the effect with this id for the given robot and artifact.
 ///
+/// ```
+/// use calibench::effects::situation::Situation;
+/// use calibench::effects::{Subject, build};
+/// use calibench::robot::built_in;
+/// use calibench::robot::kinematics::Posture;
+/// use calibench::robot::statics::{Loads, Payload};
+/// use calibench::units::DEG;
+///
+/// // theta_2 += s sin(q_2) + c cos(q_2), at 30 deg.
+/// let robot = built_in("ur5").ok_or("built in")?;
+/// let effect = build("harmonic1:2", &Subject::new(&robot, &[]))?;
+/// let q = [0.0, 30.0 * DEG, 0.0, 0.0, 0.0, 0.0];
+/// let (posture, loads, payload) = (Posture::new(&robot), Loads::new(6), Payload::none());
+/// let mut weights = [0.0; 2];
+/// let at = Situation::at_rest(&robot, &q, &posture, &loads, &payload);
+/// effect.terms(&at, &mut |parameter, _site, weight| weights[parameter] = weight);
+/// assert!((weights[0] - 0.5).abs() < 1e-15 && (weights[1] - 0.75f64.sqrt()).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If no family and no user-defined effect has the name, or if its arguments do not fit the robot or the artifact.
 pub fn build(id: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {

@@ -40,6 +40,37 @@ pub use report::{ImportReport, Skipped};
 /// Rows without a measurement and rows that repeat another to the last digit are skipped and reported; any other problem is an
 /// error. The initial base and tool are fitted in closed form if neither the format nor a dataset of the same set-up gives them.
 ///
+/// ```
+/// use calibench::import::{ImportOptions, import};
+/// # use calibench::robot::kinematics::world_from_tool;
+/// # use calibench::robot::{FramePose, built_in};
+/// use calibench::units::DEG;
+/// # let folder = tempfile::tempdir()?;
+/// # let (table, map) = (folder.path().join("table.csv"), folder.path().join("map.toml"));
+/// # let robot = built_in("ur5").ok_or("built in")?;
+/// # let mut text = "j1,j2,j3,j4,j5,j6,px,py,pz\n".to_owned();
+/// # for k in 0..12 {
+/// #     let q: Vec<f64> = (1..=6).map(|i| ((30 + 37 * k * i) % 90) as f64).collect();
+/// #     let radians: Vec<f64> = q.iter().map(|q| q * DEG).collect();
+/// #     let seen = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &radians).translation.vector * 1000.0;
+/// #     let fields: Vec<String> = q.into_iter().chain(seen.iter().copied()).map(|x| x.to_string()).collect();
+/// #     text += &format!("{}\n", fields.join(","));
+/// # }
+/// # std::fs::write(&table, text)?;
+/// # let joints: String = (1..=6).map(|i| format!("q{i} = {{ column = 'j{i}', unit = 'deg' }}\n")).collect();
+/// # let point: String = ["x", "y", "z"].map(|a| format!("{a} = {{ column = 'p{a}', unit = 'mm' }}\n")).concat();
+/// # let tool = "[dataset.tool]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\nfree = true\n";
+/// # let set_up = format!("[dataset]\nrobot = 'ur5'\n{tool}");
+/// # std::fs::write(&map, format!("format = 'calibench-import/1'\n[columns]\n{joints}{point}{set_up}"))?;
+///
+/// // A table of twelve rows: joints in deg, positions in mm.
+/// let options = ImportOptions { map: Some(map), ..ImportOptions::default() };
+/// let (data, report) = import("generic", &[table], &options)?;
+/// assert_eq!((report.rows_read, report.rows_kept), (12, 12));
+/// assert!((data.samples[0].q[0] - 30.0 * DEG).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// See [`ImportError`].
 pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {

@@ -19,6 +19,13 @@ pub const MRAD: f64 = 1e-3;
 pub const URAD: f64 = 1e-6;
 
 /// The number to write for a quantity of `si` in `unit`: the shortest that reads back bit for bit, if there is one.
+///
+/// ```
+/// use calibench::units::{DEG, readable};
+///
+/// let q = 35.1 * DEG;
+/// assert_eq!(readable(q, DEG), 35.1);
+/// ```
 pub fn readable(si: f64, unit: f64) -> f64 {
     let plain = si / unit;
     // 15 digits always survive in a double, 17 always identify it.
@@ -30,6 +37,14 @@ pub fn readable(si: f64, unit: f64) -> f64 {
 }
 
 /// The display unit of a parameter: its spelling and its SI value.
+///
+/// ```
+/// use calibench::units::Unit;
+///
+/// assert_eq!(Unit::MM.to_si(35.0), 0.035);
+/// assert_eq!(Unit::from_symbol("um/m"), Some(Unit::UM_PER_M));
+/// assert_eq!(Unit::UM_PER_M.printed(), "µm/m");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// As printed in tables and JSON, e.g. `mdeg/(N·m)`.

@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     /// Print the result alone; twice: without warnings
     #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "verbose")]
     quiet: u8,
-    /// Say how the result came about as well: times, steps, files, rules
+    /// Also print how the result came about: times, steps, files, rules
     #[arg(short, long, global = true, action = ArgAction::Count)]
     verbose: u8,
     /// When to use colour

@@ -18,7 +18,7 @@ const MOST_REFUSED: usize = 3;
 pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let next = match advice.to_do {
         ToDo::Unknown => return Vec::new(),
-        ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few can show nothing.".to_owned(),
+        ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few cannot show what is missing.".to_owned(),
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);

@@ -14,6 +14,30 @@ use crate::robot::{FramePose, Robot};
 use crate::units::{DEG, MM};
 
 /// Limits on every motion, by the nominal model.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use calibench::cell::guards::{Forbidden, Guards};
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::{FramePose, built_in};
+/// use calibench::units::{DEG, MM};
+///
+/// let guards = Guards {
+///     robot: Arc::new(built_in("kr6_r700").ok_or("built in")?),
+///     base: FramePose::default(),
+///     tool: FramePose::default(),
+///     joint_margin: 1.0 * DEG,
+///     max_step: 5.0 * MM,
+///     workspace: None,
+/// };
+/// // A step of 6 mm is too long; A1 at 169.5 deg is within a degree of its limit of 170 deg.
+/// let q = [0.0, -90.0, 90.0, 0.0, 45.0, 0.0].map(|q| q * DEG);
+/// assert!(matches!(guards.step(&q, &Vector3::new(0.0, 6.0 * MM, 0.0)), Err(Forbidden::StepTooLong { .. })));
+/// let turned = [169.5 * DEG, q[1], q[2], q[3], q[4], q[5]];
+/// assert!(matches!(guards.joint_motion(&q, &turned), Err(Forbidden::JointLimit { joint: 1, .. })));
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Guards {
     /// The arm.

@@ -8,6 +8,16 @@ use crate::units::MM;
 ///
 /// The TCP is the centre of the master ball in the trihedral socket; the tool axes are the channels, pointing into the
 /// indicators, so a ball that moves along +x pushes the first plunger in.
+///
+/// ```
+/// use calibench::cell::TriCal;
+/// use calibench::units::MM;
+///
+/// // Section 2.1 of the paper: 6.350 mm on the master ball, -6.150 mm without contact.
+/// let trical = TriCal::PAPER;
+/// assert!((trical.master_reading() - 6.350 * MM).abs() < 1e-9);
+/// assert!((trical.free_reading() + 6.150 * MM).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TriCal {
     /// Radius of the datum balls of the artifact.

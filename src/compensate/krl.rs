@@ -47,6 +47,19 @@ const RESERVED: [&str; 14] =
     ["AND", "BAS", "CIRC", "DEF", "DEFDAT", "DEFFCT", "END", "EXIT", "FOR", "IF", "LIN", "LOOP", "PTP", "WHILE"];
 
 /// A program over fake targets.
+///
+/// ```
+/// use calibench::compensate::krl::{KrlError, KrlProgram, Motion};
+/// use calibench::robot::Pose;
+///
+/// let frame = Pose::identity();
+/// let program = KrlProgram::new("weld", Motion::Ptp, &frame, &frame, [])?;
+/// assert!(program.src().contains("DEF weld ( )") && program.dat().contains("DEFDAT weld PUBLIC"));
+/// // A name begins with a letter.
+/// let refused = KrlProgram::new("7th", Motion::Ptp, &frame, &frame, []);
+/// assert!(refused.is_err_and(|e| matches!(e, KrlError::Name { .. })));
+/// # Ok::<(), KrlError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct KrlProgram<'a> {
     name: &'a str,

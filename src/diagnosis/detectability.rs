@@ -69,6 +69,36 @@ impl Detectability {
     /// Computes the detectability for planned poses, given as samples at their nominal positions, as if the model had
     /// been fitted to them.
     ///
+    /// ```
+    /// use calibench::diagnosis::detectability::Detectability;
+    /// use calibench::identify::Model;
+    /// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+    /// # use calibench::robot::kinematics::world_from_tool;
+    /// # use calibench::robot::{FramePose, built_in};
+    /// use calibench::units::UM;
+    /// # let robot = std::sync::Arc::new(built_in("ur5").ok_or("built in")?);
+    /// # let sample = |k: usize| {
+    /// #     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+    /// #     let seen = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q).translation.vector;
+    /// #     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+    /// # };
+    /// # let samples: Vec<Sample> = (0..40).map(sample).collect();
+    /// # let plan = |noise_um: f64| {
+    /// #     let noise = Noise { point: Some(noise_um * UM), ..Noise::default() };
+    /// #     Dataset { robot: robot.clone(), noise, samples: samples.clone(), ..Dataset::default() }
+    /// # };
+    ///
+    /// // Forty points of a tracker: with half the noise an eccentric joint of half the size is noticed.
+    /// let model = Model::of(&["base_frame", "mdh"]);
+    /// let smallest = |noise_um: f64| {
+    ///     let shown = Detectability::of_plan(&plan(noise_um), &model)?;
+    ///     let eccentric = shown.sights.iter().find(|sight| sight.effect == "harmonic1:3");
+    ///     eccentric.and_then(|sight| sight.smallest).ok_or(Box::<dyn std::error::Error>::from("not seen"))
+    /// };
+    /// assert!((smallest(20.0)? / smallest(10.0)? - 2.0).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// When the poses do not determine the model.
     pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {

@@ -67,6 +67,17 @@ impl Variable {
     }
 
     /// Parses a variable of a robot; `q2+q3` and `q2 + q3` are equivalent.
+    ///
+    /// ```
+    /// use calibench::diagnosis::heat_map::Variable;
+    /// use calibench::robot::built_in;
+    ///
+    /// let robot = built_in("ur5").ok_or("built in")?;
+    /// assert_eq!(Variable::parse("tau2", &robot), Some(Variable::Torque(1)));
+    /// assert_eq!(Variable::parse("q2 + q3", &robot).map(Variable::name).as_deref(), Some("q2+q3"));
+    /// assert_eq!(Variable::parse("q7", &robot), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn parse(text: &str, robot: &Robot) -> Option<Self> {
         let joints = robot.joints();
         let plain: String = text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();

@@ -1,6 +1,14 @@
 //! The verdict of a diagnosis.
 
 /// The verdict of a diagnosis.
+///
+/// ```
+/// use calibench::diagnosis::Verdict;
+///
+/// assert!(Verdict::Indistinguishable.names_effects() && !Verdict::Unexplained.names_effects());
+/// assert!(Verdict::NoiseLargerThanStated.is_noise());
+/// assert_eq!(Verdict::NothingLeft.in_words(), "nothing left");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Verdict {

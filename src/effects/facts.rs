@@ -113,6 +113,15 @@ pub enum Physical {
 impl Physical {
     /// The reason why `value` (SI) is impossible by more than `margin`, if it is; `heaviest` is the mass of the heaviest
     /// payload entered, kg.
+    ///
+    /// ```
+    /// use calibench::effects::facts::{Physical, Unphysical};
+    ///
+    /// // A compliance of -2e-6 rad/(N·m), known to 1e-6 and to 3e-6.
+    /// let physical = Physical::AtLeast(0.0, Unphysical::NegativeCompliance);
+    /// assert_eq!(physical.violated(-2e-6, 1e-6, 0.0), Some(Unphysical::NegativeCompliance));
+    /// assert_eq!(physical.violated(-2e-6, 3e-6, 0.0), None);
+    /// ```
     pub fn violated(&self, value: f64, margin: f64, heaviest: f64) -> Option<Unphysical> {
         match *self {
             Physical::AtLeast(limit, why) if value < limit - margin => Some(why),
@@ -136,6 +145,16 @@ pub enum LinearRange {
 
 impl LinearRange {
     /// True if a parameter is credible when it deviates from its nominal value by `deviation` (SI).
+    ///
+    /// ```
+    /// use calibench::effects::ParameterSpec;
+    /// use calibench::effects::facts::LinearRange;
+    /// use calibench::units::{MM, Unit};
+    ///
+    /// let length = ParameterSpec::new("a1", Unit::MM, 0.1 * MM);
+    /// assert!(LinearRange::Sizes(10.0).holds(&length, -0.9 * MM));
+    /// assert!(!LinearRange::Sizes(10.0).holds(&length, 1.1 * MM));
+    /// ```
     pub fn holds(&self, spec: &ParameterSpec, deviation: f64) -> bool {
         match *self {
             LinearRange::Unlimited => true,
@@ -158,6 +177,15 @@ pub enum Period {
 
 impl Period {
     /// Periods per revolution of the effect with this id.
+    ///
+    /// ```
+    /// use calibench::effects::EffectId;
+    /// use calibench::effects::registry::family;
+    ///
+    /// let ripple = family("harmonic").ok_or("in the catalogue")?;
+    /// assert_eq!(ripple.period.per_turn(&EffectId::new("harmonic:2:17")), Some(17));
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn per_turn(&self, id: &EffectId<'_>) -> Option<u32> {
         match *self {
             Period::None => None,

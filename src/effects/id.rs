@@ -6,6 +6,13 @@ use crate::robot::JointKind;
 /// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, split at its colons.
 ///
 /// The arguments are not checked here but when the effect is built for a robot and an artifact.
+///
+/// ```
+/// use calibench::effects::EffectId;
+///
+/// let id = EffectId::new("harmonic:2:17");
+/// assert_eq!((id.family(), id.number(0), id.last_argument()), ("harmonic", Some(2), Some("17")));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct EffectId<'a> {
     whole: &'a str,

@@ -20,6 +20,26 @@ pub struct OwnTerm {
 }
 
 /// A user-defined effect.
+///
+/// ```
+/// use calibench::effects::Subject;
+/// use calibench::effects::own::{OwnEffect, OwnTerm};
+/// use calibench::robot::built_in;
+/// use calibench::units::{DEG, Unit};
+///
+/// let term = OwnTerm { site: "theta:2".into(), basis: "sin(17*q2)".into(), group: None };
+/// let plausible = OwnEffect::usual_size(Unit::DEG);
+/// let ripple = OwnEffect { name: "ripple".into(), unit: Unit::DEG, plausible, terms: vec![term] };
+/// let robot = built_in("ur5").ok_or("built in")?;
+/// let effect = ripple.build(&Subject::new(&robot, &[]))?;
+/// assert_eq!(effect.parameters().len(), 1);
+/// assert_eq!(effect.parameters()[0].prior, 5e-3 * DEG);
+///
+/// // An angle is not measured in millimetres.
+/// let wrong = OwnEffect { unit: Unit::MM, ..ripple };
+/// assert!(wrong.unit_fits().is_err_and(|e| e.key == "unit"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnEffect {
     /// Its id.

@@ -35,6 +35,14 @@ impl ArtifactShape {
     }
 
     /// Height above the lowest ball, as a share of that of the highest: 0 to 1, and 0 if all balls are level.
+    ///
+    /// ```
+    /// use calibench::effects::situation::ArtifactShape;
+    /// use calibench::nalgebra::Vector3;
+    ///
+    /// let shape = ArtifactShape::of(&[Vector3::new(0.5, 0.0, 1.0), Vector3::new(0.7, 0.0, 3.0)]);
+    /// assert_eq!(shape.share_of_height(1.5), 0.25);
+    /// ```
     pub fn share_of_height(&self, z: f64) -> f64 {
         let [low, high] = self.heights;
         if high > low { (z - low) / (high - low) } else { 0.0 }

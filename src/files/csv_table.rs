@@ -8,6 +8,20 @@ use super::error::FileError;
 use super::text::read_text;
 
 /// A table in memory.
+///
+/// ```
+/// use calibench::files::csv_table::CsvTable;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("stops.csv");
+/// # std::fs::write(&path, "r1_um,r2_um\n1.5,\n2.5,x\n")?;
+/// // stops.csv: r1_um,r2_um / 1.5, / 2.5,x
+/// let table = CsvTable::read(&path, &["r1_um", "r2_um"], "give the file as it was written")?;
+/// let rows: Vec<_> = table.rows().collect();
+/// assert_eq!((rows[0].number("r1_um")?, rows[0].number("r2_um")?), (Some(1.5), None));
+/// assert!(rows[1].number("r2_um").is_err_and(|e| e.line == Some(3) && e.field == "r2_um"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct CsvTable<'a> {
     path: &'a Path,
     header: StringRecord,

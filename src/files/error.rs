@@ -79,6 +79,10 @@ fn shortened(text: &str) -> Cow<'_, str> {
 
 /// Puts the text on one line: text from a file or a flag may contain line breaks or terminal control characters, and is quoted
 /// in errors.
+///
+/// ```
+/// assert_eq!(calibench::files::one_line("robot\nkr6"), "robot\\nkr6");
+/// ```
 pub fn one_line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }

@@ -13,6 +13,15 @@ pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
 }
 
 /// Remedy for an unknown name: the missing unit, the nearest name, or the list of all names.
+///
+/// ```
+/// use calibench::files::name_remedy;
+///
+/// let known = ["x_mm", "y_mm", "payload"];
+/// assert_eq!(name_remedy("x", &known), "write `x_mm`: the unit is part of the name");
+/// assert_eq!(name_remedy("x_m", &known), "give it as `x_mm`, in that unit");
+/// assert_eq!(name_remedy("paylaod", &known), "did you mean `payload`?");
+/// ```
 pub fn name_remedy(given: &str, known: &[&str]) -> String {
     match nearest_name(given, known.iter().copied()) {
         Some(name) => match unit_slip(&given.to_lowercase(), name) {

@@ -13,6 +13,20 @@ use super::names::name_remedy;
 ///
 /// Non-finite numbers are rejected everywhere.
 ///
+/// ```
+/// use std::collections::BTreeMap;
+/// use std::path::Path;
+///
+/// use calibench::files::parse_toml;
+///
+/// let ball = Path::new("ball.toml");
+/// let numbers: BTreeMap<String, f64> = parse_toml(ball, "x_mm = 250.0\n")?;
+/// assert_eq!(numbers["x_mm"], 250.0);
+/// let wrong = parse_toml::<BTreeMap<String, f64>>(ball, "x_mm = 250.0\ny_mm = nan\n");
+/// assert!(wrong.is_err_and(|e| (e.line, e.field.as_str()) == (Some(2), "y_mm")));
+/// # Ok::<(), calibench::files::FileError>(())
+/// ```
+///
 /// # Errors
 /// The first error, with its line and its key path (`ball[2].x_mm`, elements counted from 0): bad syntax, an unknown or a
 /// missing key, a value of the wrong kind, NaN or infinity.
@@ -42,6 +56,16 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fil
 /// Creates an error at a key of a TOML document, or at the nearest existing table above it.
 ///
 /// `key_path` is written as `ball[2].x_mm`, elements counted from 0.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use calibench::files::field_error;
+///
+/// let text = "[[ball]]\nid = 'A'\nx_mm = 1e9\n";
+/// let error = field_error(Path::new("cell.toml"), text, "ball[0].x_mm", "is out of range", "give it in mm");
+/// assert_eq!(error.to_string(), "cell.toml:3: ball[0].x_mm: is out of range; give it in mm");
+/// ```
 pub fn field_error(
     path: &Path,
     text: &str,

@@ -257,6 +257,33 @@ impl Calibration {
     /// named in the result: the robot is being judged, not its position. Validation samples are spared if possible:
     /// whatever rows of set `fit` can determine about their set-up is taken from those.
     ///
+    /// ```
+    /// use calibench::identify::problem::Use;
+    /// use calibench::identify::{Model, identify};
+    /// use calibench::math::rms;
+    /// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+    /// # use calibench::robot::kinematics::world_from_tool;
+    /// # use calibench::robot::{FramePose, built_in};
+    /// use calibench::units::MM;
+    /// # let robot = std::sync::Arc::new(built_in("ur5").ok_or("built in")?);
+    /// # let moved = FramePose { xyz: [1.0 * MM, 0.0, 0.0], ..FramePose::default() };
+    /// # let sample = |k: usize| {
+    /// #     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+    /// #     let seen = world_from_tool(&robot, &moved, &FramePose::default(), &q).translation.vector;
+    /// #     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+    /// # };
+    /// # let samples = (0..20).map(sample).collect();
+    /// # let noise = Noise { point: Some(0.02 * MM), ..Noise::default() };
+    /// # let data = Dataset { robot: robot.clone(), noise, samples, ..Dataset::default() };
+    ///
+    /// // A UR5 whose base is 1 mm from where it is stated to be.
+    /// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+    /// let before = calibration.nominal().predict(&[("campaign", &data)], Use::Fit)?;
+    /// let after = calibration.predict(&[("campaign", &data)], Use::Fit)?;
+    /// assert!((rms(&before.residuals) - 1.0 * MM).abs() < 1e-9 && rms(&after.residuals) < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// When the data are of another robot, do not fit the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {

@@ -132,6 +132,17 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
 
 /// Observability indices of a Jacobian (3 x poses rows, SI).
 ///
+/// ```
+/// use calibench::identify::fit::observability_of;
+/// use calibench::nalgebra::DMatrix;
+///
+/// // One pose in which a parameter moves the point by 2 along x, another by 8 along y.
+/// let jacobian = DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 0.0, 8.0, 0.0, 0.0]);
+/// let o = observability_of(&jacobian, 1)?;
+/// assert!((o.o1 - 4.0).abs() < 1e-14 && (o.o3 - 2.0).abs() < 1e-14);
+/// # Ok::<(), calibench::identify::fit::FitError>(())
+/// ```
+///
 /// # Errors
 /// When it cannot be decomposed.
 pub fn observability_of(jacobian: &DMatrix<f64>, poses: usize) -> Result<Observability, FitError> {

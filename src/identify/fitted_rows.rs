@@ -45,6 +45,20 @@ impl FittedRows {
 
     /// Share of the rows of `which` that are the same as rows that were fitted; an estimate where more were fitted than are kept,
     /// `None` where it cannot be determined: no rows are kept, or too few to estimate it by.
+    ///
+    /// ```
+    /// use calibench::identify::FittedRows;
+    /// use calibench::identify::problem::Use;
+    /// use calibench::measure::dataset::{Dataset, Measured, Sample};
+    /// use calibench::nalgebra::Vector3;
+    ///
+    /// let point = |k: usize| Measured::Point(Vector3::new(0.5, 0.0, 0.01 * k as f64));
+    /// let row = |k: usize| Sample::new(format!("p{k}"), vec![0.1 * k as f64; 6], point(k));
+    /// let fitted = Dataset { samples: (0..20).map(row).collect(), ..Dataset::default() };
+    /// let judged = Dataset { samples: (15..20).chain(30..45).map(row).collect(), ..Dataset::default() };
+    /// let rows = FittedRows::of(&[("fitted", &fitted)]);
+    /// assert_eq!(rows.share(&[("judged", &judged)], Use::All), Some(0.25));
+    /// ```
     pub fn share(&self, datasets: &[(&str, &Dataset)], which: Use) -> Option<f64> {
         let is_whole = self.0.len() < KEPT;
         let last = if is_whole { MASK } else { self.0[KEPT - 1] };

@@ -25,6 +25,16 @@ pub enum TorquePosture {
 }
 
 /// The model: a list of effect ids, and the source of joint torques.
+///
+/// ```
+/// use calibench::identify::Model;
+///
+/// let model = Model::paper().with("harmonic:2:17");
+/// assert!(model.holds("harmonic:2:17") && model.holds("joint_compliance:3"));
+/// // Lengths and zeros have no prior; what is added has three plausible sizes.
+/// assert_eq!((model.width_of("mdh"), model.width_of("harmonic:2:17")), (f64::INFINITY, 3.0));
+/// assert_eq!(model.without("harmonic:2:17"), Model::paper());
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Effect ids, in the order in which their parameters are preferred.

@@ -24,6 +24,16 @@ impl Observability {
 
     /// Computes the indices from the singular values, in any order, of the stacked Jacobian of `poses` poses; all zero if
     /// there is no parameter.
+    ///
+    /// ```
+    /// use calibench::math::Observability;
+    ///
+    /// // Singular values 2 and 8 from four poses, by hand.
+    /// let o = Observability::new(&[2.0, 8.0], 4);
+    /// assert!((o.o1 - 2.0).abs() < 1e-15);
+    /// assert_eq!((o.o2, o.o3, o.o4, o.o5), (0.25, 2.0, 0.5, 1.6));
+    /// assert_eq!(o.condition(), 4.0);
+    /// ```
     pub fn new(singular_values: &[f64], poses: usize) -> Self {
         if singular_values.is_empty() || poses == 0 {
             return Observability { o1: 0.0, o2: 0.0, o3: 0.0, o4: 0.0, o5: 0.0 };

@@ -258,6 +258,18 @@ impl Default for Dataset {
 
 impl Dataset {
     /// The tool frame with its origin at a measured point of the tool, by index, nominally; at the TCP for `None`.
+    ///
+    /// ```
+    /// use calibench::measure::dataset::{Dataset, ToolTarget};
+    /// use calibench::nalgebra::Vector3;
+    /// use calibench::robot::FramePose;
+    ///
+    /// let tool = FramePose { xyz: [0.0, 0.0, 0.1], ..FramePose::default() };
+    /// let nest = ToolTarget { id: "r1".into(), position: Vector3::new(0.02, 0.0, 0.0), sigma: 0.0, free: false };
+    /// let data = Dataset { tool, tool_targets: vec![nest], ..Dataset::default() };
+    /// assert_eq!(data.tool_at(None).xyz, [0.0, 0.0, 0.1]);
+    /// assert_eq!(data.tool_at(Some(0)).xyz, [0.02, 0.0, 0.1]);
+    /// ```
     pub fn tool_at(&self, tool_target: Option<usize>) -> FramePose {
         match tool_target.and_then(|r| self.tool_targets.get(r)) {
             Some(tool_target) => self.tool.then(&FramePose { xyz: tool_target.position.into(), ..FramePose::default() }),

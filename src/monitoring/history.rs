@@ -239,6 +239,13 @@ impl History {
 
 /// Checks that a text is a day of the calendar.
 ///
+/// ```
+/// use calibench::monitoring::history::day;
+///
+/// assert_eq!(day("2026-11-24").as_deref(), Ok("2026-11-24"));
+/// assert!(day("24.11.2026").is_err() && day("2026-02-30").is_err());
+/// ```
+///
 /// # Errors
 /// The reason why it is not one.
 pub fn day(text: &str) -> Result<String, String> {

@@ -348,7 +348,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
 }
 
 /// Temperature difference that is reported, K: a metre of arm grows by some ten micrometres per kelvin.
-const WARMER: f64 = 1.0;
+const REPORTED_TEMPERATURE_SPREAD: f64 = 1.0;
 
 /// By how much the mean temperatures of the runs differ, K, if that is much, and no effect of the model depends on them.
 fn unknown_warmth(question: &RunsQuestion<'_>) -> Option<f64> {
@@ -359,7 +359,7 @@ fn unknown_warmth(question: &RunsQuestion<'_>) -> Option<f64> {
     let means: Vec<f64> = question.runs.iter().filter_map(mean).collect();
     let apart = means.iter().copied().fold(f64::MIN, f64::max) - means.iter().copied().fold(f64::MAX, f64::min);
     let is_known = question.model.effects.iter().any(|effect| effect.starts_with("thermal"));
-    (apart >= WARMER && !is_known).then_some(apart)
+    (apart >= REPORTED_TEMPERATURE_SPREAD && !is_known).then_some(apart)
 }
 
 /// Checks that there are runs to be compared.

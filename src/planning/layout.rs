@@ -37,6 +37,19 @@ pub struct CellLayout {
 impl CellLayout {
     /// Builds the layout of a dataset, which contains only the robot and the balls; these are to be approached from
     /// above and from outside the artifact.
+    ///
+    /// ```
+    /// use calibench::measure::dataset::{Ball, Dataset};
+    /// use calibench::nalgebra::Vector3;
+    /// use calibench::planning::pool::CellLayout;
+    ///
+    /// // Two balls side by side are approached from above and from outside, at 45 deg.
+    /// let ball = |id: &str, y| Ball { id: id.into(), position: Vector3::new(0.5, y, 0.3), sigma: 0.0, free: false };
+    /// let cell = Dataset { balls: vec![ball("A", 0.1), ball("B", -0.1)], ..Dataset::default() };
+    /// let layout = CellLayout::of_dataset(&cell);
+    /// let half = 0.5f64.sqrt();
+    /// assert!((layout.outward[0].into_inner() - Vector3::new(0.0, half, half)).norm() < 1e-12);
+    /// ```
     pub fn of_dataset(dataset: &Dataset) -> Self {
         let centre = dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / dataset.balls.len().max(1) as f64;
         let up = Unit::try_new(-dataset.gravity, 1e-6).unwrap_or(Vector3::z_axis());

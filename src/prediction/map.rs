@@ -27,6 +27,21 @@ pub struct WorkspaceMap {
 
 impl WorkspaceError {
     /// Maps the error over radius and height, with five cells each between the extremes of the poses.
+    ///
+    /// ```
+    /// use calibench::nalgebra::Vector3;
+    /// use calibench::prediction::{Banded, ExpectedError, MapCell, WorkspaceError};
+    ///
+    /// // Two poses at the axis, one far out and high.
+    /// let at = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
+    /// let poses = vec![at(0.0, 0.0, 1.0), at(0.1, 0.0, 3.0), at(1.0, 2.0, 5.0)];
+    /// # let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
+    /// # let expected = WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0 };
+    /// let map = expected.map();
+    /// assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
+    /// assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
+    /// assert_eq!(map.cells[2][2], None);
+    /// ```
     pub fn map(&self) -> WorkspaceMap {
         let edges = |of: &dyn Fn(usize) -> f64| {
             let range =

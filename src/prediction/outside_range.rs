@@ -40,6 +40,22 @@ const SLACK: f64 = 3e-4;
 
 impl Extrapolation {
     /// Compares poses (rad or m, N) with the joint ranges in which a model was identified.
+    ///
+    /// ```
+    /// use calibench::identify::Model;
+    /// use calibench::prediction::Extrapolation;
+    /// use calibench::robot::built_in;
+    /// use calibench::units::DEG;
+    ///
+    /// // Identified within 30 deg of zero, applied with joint 2 at 40 deg.
+    /// let robot = built_in("ur5").ok_or("built in")?;
+    /// let q = [0.0, 40.0, 0.0, 0.0, 0.0, 0.0].map(|q| q * DEG);
+    /// let ranges = [[-30.0 * DEG, 30.0 * DEG]; 6];
+    /// let beyond = Extrapolation::of(&robot, &ranges, &Model::paper(), [&q[..]].into_iter());
+    /// assert_eq!((beyond.outside, beyond.joints.len(), beyond.joints[0].joint), (1, 1, 2));
+    /// assert!((beyond.joints[0].farthest - 10.0 * DEG).abs() < 1e-12);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn of<'q>(robot: &Robot, joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
         let none = |(j, range): (usize, &[f64; 2])| OutsideRange {
             joint: j + 1,

@@ -85,6 +85,19 @@ pub struct WorkspaceError {
 
 impl WorkspaceError {
     /// The mean error that an instrument would measure, including its own noise, m.
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    ///
+    /// use calibench::prediction::{Banded, WorkspaceError};
+    /// use calibench::units::UM;
+    ///
+    /// // Of a perfect robot an instrument of 10 µm per axis measures its own noise: 2 sqrt(2 / pi) times that, by Maxwell.
+    /// let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
+    /// # let (ranges_seen, elsewhere, poses) = (None, None, Vec::new());
+    /// let perfect = WorkspaceError { mean: none, max: none, ranges_seen, elsewhere, poses, noise: 10.0 * UM };
+    /// assert!((perfect.mean_as_measured() - 2.0 * (2.0 / PI).sqrt() * 10.0 * UM).abs() < 1e-15);
+    /// ```
     pub fn mean_as_measured(&self) -> f64 {
         self.as_measured(self.mean.expected)
     }

@@ -89,6 +89,16 @@ impl Look {
     }
 
     /// The step at which a family of effects is met.
+    ///
+    /// ```
+    /// use calibench::effects::registry::family;
+    /// use calibench::residuals::Look;
+    ///
+    /// let hysteresis = family("hysteresis").ok_or("in the catalogue")?;
+    /// assert_eq!(Look::of(hysteresis), Look::Arrival);
+    /// assert!(Look::Samples < Look::Arrival);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn of(family: &Family) -> Self {
         let first = family.follows.iter().map(|f| Look::at(*f));
         let event = first.clone().filter(|look| *look <= Look::Time).min();

@@ -20,6 +20,17 @@ pub struct Arrivals {
 }
 
 /// Lost motion of one joint.
+///
+/// ```
+/// use calibench::residuals::{Arrivals, LostMotion};
+/// use calibench::units::{UM, URAD};
+///
+/// // A joint that stops 100 µrad short from either side, 0.5 m from the TCP.
+/// let station = Arrivals { lever: 0.5, reversals: vec![-100.0 * URAD; 10] };
+/// let lost = LostMotion::of(2, &[station]).ok_or("two reversals or more")?;
+/// assert!((lost.reversal + 100.0 * URAD).abs() < 1e-15 && (lost.at_tcp() - 50.0 * UM).abs() < 1e-15);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LostMotion {
     /// The joint, counted from 0.

@@ -33,6 +33,29 @@ const LEAST_POSTURES: usize = 4;
 
 /// Tests whether each dataset fits its robot, from the rows that `which` selects. Datasets without such rows are
 /// omitted.
+///
+/// ```
+/// use calibench::identify::problem::Use;
+/// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::residuals::misfit::data_fit;
+/// # use calibench::robot::kinematics::world_from_tool;
+/// # use calibench::robot::{FramePose, built_in};
+/// # let robot = std::sync::Arc::new(built_in("ur5").ok_or("built in")?);
+/// # let sample = |k: usize| {
+/// #     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+/// #     let seen = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q).translation.vector;
+/// #     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+/// # };
+/// # let samples = (0..40).map(sample).collect();
+/// # let noise = Noise { point: Some(20e-6), ..Noise::default() };
+/// # let mut data = Dataset { robot: robot.clone(), noise, samples, ..Dataset::default() };
+///
+/// // Joints 2 and 3 exchanged in all rows of a UR5.
+/// data.samples.iter_mut().for_each(|sample| sample.q.swap(1, 2));
+/// let misfit = data_fit(&[("campaign", &data)], Use::All).remove(0).misfit.ok_or("they do not fit")?;
+/// assert_eq!(misfit.slips[0].slip, "joints_swapped:2:3");
+/// # Ok::<(), &str>(())
+/// ```
 pub fn data_fit(datasets: &[(&str, &Dataset)], which: Use) -> Vec<DataFit> {
     datasets.iter().filter_map(|(name, dataset)| of_dataset(name, dataset, which)).collect()
 }

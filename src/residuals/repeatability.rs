@@ -24,6 +24,18 @@ const SEED: u64 = 0x5250;
 const TAIL: f64 = 0.025;
 
 /// Repeatability of positions attained at one target.
+///
+/// ```
+/// use calibench::nalgebra::Vector3;
+/// use calibench::residuals::PoseRepeatability;
+/// use calibench::units::UM;
+///
+/// // Four returns, all 10 µm from their barycentre: no scatter of the distances, so RP = 10 µm.
+/// let positions = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(x, y)| Vector3::new(x, y, 0.0) * 10.0 * UM);
+/// let attained = PoseRepeatability::of(&positions).ok_or("two positions or more")?;
+/// assert!((attained.rp - 10.0 * UM).abs() < 1e-10);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRepeatability {
     /// Number of positions.

@@ -5,6 +5,27 @@ use nalgebra::Vector3;
 use crate::identify::Prediction;
 
 /// Statistics of position errors over poses, m.
+///
+/// ```
+/// use calibench::identify::Prediction;
+/// use calibench::nalgebra::Vector3;
+/// use calibench::residuals::Validation;
+///
+/// // Errors of 1, 2 and 6 m.
+/// let prediction = Prediction {
+///     residuals: [1.0, 2.0, 6.0].map(|error| Vector3::new(0.0, error, 0.0)).to_vec(),
+/// #     sample_ids: Vec::new(),
+/// #     orientations: Vec::new(),
+/// #     refitted: Vec::new(),
+/// #     from_fit_rows: Vec::new(),
+///     // ...
+/// };
+/// let errors = Validation::of(&prediction).ok_or("three residuals")?;
+/// assert_eq!((errors.mean, errors.max, errors.quantiles[2]), (3.0, 6.0, 2.0));
+/// assert!((errors.std - 7f64.sqrt()).abs() < 1e-15);
+/// assert_eq!(errors.histogram(3).iter().map(|bar| bar.count).collect::<Vec<_>>(), [1, 1, 1]);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
     /// Number of poses.

@@ -88,6 +88,18 @@ impl Robot {
     }
 
     /// The first joint (counted from 0) outside its limits by more than `margin` (rad and m), if any.
+    ///
+    /// ```
+    /// use calibench::robot::built_in;
+    /// use calibench::units::DEG;
+    ///
+    /// // KUKA's data sheet limits A1 of the KR 6 R700 to 170 deg.
+    /// let robot = built_in("kr6_r700").ok_or("built in")?;
+    /// let q = [171.0 * DEG, 0.0, 0.0, 0.0, 0.0, 0.0];
+    /// assert_eq!(robot.outside_limits(&q, 0.0), Some(0));
+    /// assert_eq!(robot.outside_limits(&q, 2.0 * DEG), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn outside_limits(&self, q: &[f64], margin: f64) -> Option<usize> {
         self.links.iter().zip(q).position(|(l, &q)| !(l.limits[0] - margin..=l.limits[1] + margin).contains(&q))
     }

@@ -9,6 +9,21 @@ use super::rel_tool::screw;
 /// The smallest singular value of the 6 x N Jacobian, with angles of the tool multiplied by a lever of 0.3 m: the motion of
 /// the tool (m) per radian of the joints in its least mobile direction. It falls to zero at wrist, elbow and shoulder
 /// singularities alike, on any arm.
+///
+/// ```
+/// use calibench::robot::inverse::dexterity;
+/// use calibench::robot::kinematics::Posture;
+/// use calibench::robot::sites::SiteIndex;
+/// use calibench::robot::{FramePose, built_in};
+///
+/// // Axes 4 and 6 of a KR 6 are in line where A5 is zero.
+/// let robot = built_in("kr6_r700").ok_or("built in")?;
+/// let mut posture = Posture::new(&robot);
+/// let nominal = vec![0.0; SiteIndex::new(6).len()];
+/// posture.set(&robot, &FramePose::default(), &FramePose::default(), &[0.3, -1.2, 1.4, 0.4, 0.0, 0.5], &nominal);
+/// assert!(dexterity(&posture, 6) < 1e-7);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn dexterity(posture: &Posture, joints: usize) -> f64 {
     let mut gram = Matrix6::zeros();
     for i in 0..joints {

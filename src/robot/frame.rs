@@ -7,6 +7,18 @@ use super::{FramePose, Pose};
 use crate::math::simd::{Axes, Group, Vector};
 
 /// A frame as its three axes and its origin, in the world.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::{Frame, FramePose};
+///
+/// // Turned by a quarter about z: its x axis points along the world's y.
+/// let frame = Frame::from_pose(&FramePose { xyz: [1.0, 0.0, 0.0], rz_ry_rx: [FRAC_PI_2, 0.0, 0.0] }.pose());
+/// assert!((frame.point(&Vector3::new(2.0, 0.0, 0.0)) - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-15);
+/// assert!((frame.components(&Vector3::y()) - Vector3::x()).norm() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Unit vector of the x axis.
@@ -159,6 +171,14 @@ impl<const L: usize> Frames<L> {
 }
 /// The rotation vector of a rotation, rad. By its quaternion: from the trace of the matrix small angles would come out with an error
 /// of 1e-8 rad.
+///
+/// ```
+/// use calibench::nalgebra::{Rotation3, Vector3};
+/// use calibench::robot::rotation_vector;
+///
+/// let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.3);
+/// assert!((rotation_vector(&turned) - Vector3::new(0.0, 0.0, 0.3)).norm() < 1e-15);
+/// ```
 pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }

@@ -92,6 +92,23 @@ pub struct Solution {
 }
 
 /// The solver, reused between targets so that only solutions are allocated.
+///
+/// ```
+/// use calibench::robot::inverse::{Chain, InverseKinematics, Outcome};
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
+///
+/// let robot = built_in("ur5").ok_or("built in")?;
+/// let (base, tool) = (FramePose::default(), FramePose::default());
+/// let goal = world_from_tool(&robot, &base, &tool, &[0.1, -1.1, 1.3, 0.2, 0.8, 0.0]);
+/// let mut chain = Chain::nominal(&robot, &base, &tool);
+/// let start = [0.0, -1.0, 1.2, 0.0, 0.7, 0.0];
+/// let found = InverseKinematics::new(6).solve(&mut chain, &goal, &start, |i| robot.links[i].limits);
+/// assert_eq!(found.outcome, Outcome::Converged);
+/// let reached = world_from_tool(&robot, &base, &tool, &found.q);
+/// assert!((reached.translation.vector - goal.translation.vector).norm() < 1e-9);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct InverseKinematics {
     /// Tolerance of position (m) and angle (rad).

@@ -28,6 +28,22 @@ use crate::math::sincos;
 /// without allocation.
 ///
 /// Joints, deviations and results are lists of `[f64; L]`, one number per posture.
+///
+/// ```
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::kinematics::Posture;
+/// use calibench::robot::sites::SiteIndex;
+/// use calibench::robot::{FramePose, Link, MdhLink, Robot};
+///
+/// // One joint that turns about z, with the TCP 0.5 m away: it moves the TCP by 0.5 m a radian.
+/// let link = Link { mdh: MdhLink::default(), limits: [-1.0, 1.0], mass: 0.0, com: Vector3::zeros() };
+/// let robot = Robot { links: vec![link], ..Robot::default() };
+/// let tool = FramePose { xyz: [0.5, 0.0, 0.0], ..FramePose::default() };
+/// let mut posture = Posture::new(&robot);
+/// posture.set(&robot, &FramePose::default(), &tool, &[0.0], &vec![0.0; SiteIndex::new(1).len()]);
+/// assert!((posture.tcp() - Vector3::new(0.5, 0.0, 0.0)).norm() < 1e-15);
+/// assert!((posture.column(robot.joint_site(0)) - Vector3::new(0.0, 0.5, 0.0)).norm() < 1e-15);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Postures<const L: usize> {
     sites: SiteIndex,
@@ -354,6 +370,20 @@ fn flexes<const L: usize>(displacement: &[[f64; L]]) -> bool {
 }
 
 /// World position and orientation of the tool of a nominal arm.
+///
+/// ```
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
+/// use calibench::units::{DEG, MM};
+///
+/// // The KR 6 R700 with its forearm level: KUKA's controller shows X 470, Y 0, Z 750 mm.
+/// let robot = built_in("kr6_r700").ok_or("built in")?;
+/// let q = [0.0, -90.0, 90.0, 0.0, 0.0, 0.0].map(|q| q * DEG);
+/// let pose = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q);
+/// assert!((pose.translation.vector - Vector3::new(470.0, 0.0, 750.0) * MM).norm() < 1e-4 * MM);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn world_from_tool(robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64]) -> Pose {
     robot.links.iter().zip(q).fold(base.pose(), |pose, (link, &q)| pose * link.mdh.transform(q)) * tool.pose()
 }

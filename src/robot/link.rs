@@ -41,6 +41,18 @@ impl JointKind {
 
 /// Modified DH row with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1); of a prismatic joint
 /// `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d + q)`.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::MdhLink;
+///
+/// // The origin is at (a, -d sin alpha, d cos alpha), whatever the angle of the joint.
+/// let row = MdhLink { alpha: FRAC_PI_2, a: 0.3, d: 0.1, ..MdhLink::default() };
+/// let origin = row.transform(0.7).translation.vector;
+/// assert!((origin - Vector3::new(0.3, -0.1, 0.0)).norm() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MdhLink {
     /// Motion of the joint along or about its z axis.
@@ -114,6 +126,18 @@ impl FramePose {
     }
 
     /// The frame of the product of two transforms. Exact where one of them is the identity.
+    ///
+    /// ```
+    /// use std::f64::consts::FRAC_PI_2;
+    ///
+    /// use calibench::robot::FramePose;
+    ///
+    /// // A quarter turn about z, then 1 m along the turned x axis.
+    /// let turned = FramePose { xyz: [0.0; 3], rz_ry_rx: [FRAC_PI_2, 0.0, 0.0] };
+    /// let along = FramePose { xyz: [1.0, 0.0, 0.0], rz_ry_rx: [0.0; 3] };
+    /// let [x, y, z] = turned.then(&along).xyz;
+    /// assert!(x.abs() < 1e-15 && (y - 1.0).abs() < 1e-15 && z == 0.0);
+    /// ```
     #[must_use]
     pub fn then(&self, next: &FramePose) -> FramePose {
         if *next == FramePose::default() {

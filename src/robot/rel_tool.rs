@@ -148,6 +148,24 @@ pub(crate) fn screw(posture: &Posture, i: usize) -> Vector6<f64> {
 
 /// The joints (rad) that move the TCP of the nominal arm from its position at `q` by `offset` (m) along the tool's axes.
 ///
+/// ```
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::rel_tool::rel_tool;
+/// use calibench::robot::{FramePose, built_in};
+/// use calibench::units::MM;
+///
+/// // One millimetre along the tool's z axis.
+/// let robot = built_in("kr6_r700").ok_or("built in")?;
+/// let (base, tool) = (FramePose::default(), FramePose::default());
+/// let q = vec![0.0, -1.2, 1.4, 0.4, 0.9, 0.0];
+/// let moved = rel_tool(&robot, &base, &tool, &q, &Vector3::new(0.0, 0.0, 1.0 * MM))?;
+/// let [from, to] = [&q, &moved].map(|q| world_from_tool(&robot, &base, &tool, q));
+/// let shift = (from.inverse() * to).translation.vector;
+/// assert!((shift - Vector3::new(0.0, 0.0, 1.0 * MM)).norm() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// As [`RelTool::shift`].
 pub fn rel_tool(

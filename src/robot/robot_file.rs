@@ -127,6 +127,15 @@ struct SolidEntry {
 
 /// A robot as a dataset, a scenario or an option names it: `ur10`, `arm.toml`, `arm.urdf`, or `arm.urdf#BASE:TOOL` with the names
 /// of the first and the last link.
+///
+/// ```
+/// use calibench::robot::robot_file::RobotReference;
+///
+/// let reference = RobotReference::parse("arm.urdf#pedestal:tool0");
+/// assert_eq!(reference.name, "arm.urdf");
+/// assert_eq!(reference.ends.base.as_deref(), Some("pedestal"));
+/// assert_eq!(reference.ends.tool.as_deref(), Some("tool0"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RobotReference<'a> {
     /// A built-in name, or a path.
@@ -161,6 +170,16 @@ fn is_urdf(path: &Path) -> bool {
 }
 
 /// Loads a robot: `reference` is a built-in name, or a path relative to the folder `relative_to`; see [`RobotReference`].
+///
+/// ```
+/// use std::path::Path;
+///
+/// use calibench::robot::robot_file::robot;
+///
+/// assert_eq!(robot("panda", Path::new("campaign"))?.joints(), 7);
+/// assert!(robot("panda.toml", Path::new("campaign")).is_err_and(|e| e.path == Path::new("campaign/panda.toml")));
+/// # Ok::<(), calibench::files::FileError>(())
+/// ```
 ///
 /// # Errors
 /// When the name is not built in and there is no such file, or the file is not a robot.

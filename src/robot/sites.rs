@@ -96,6 +96,14 @@ impl Site {
     }
 
     /// Parses a site as printed, for an arm with `joints` joints.
+    ///
+    /// ```
+    /// use calibench::robot::sites::{Axis6, MdhEntry, Site};
+    ///
+    /// assert_eq!(Site::parse("theta:3", 6), Some(Site::mdh(2, MdhEntry::Theta)));
+    /// assert_eq!(Site::parse("flex:6:rz", 6), Some(Site::flex(6, Axis6::Rz)));
+    /// assert_eq!(Site::parse("theta:7", 6), None);
+    /// ```
     pub fn parse(text: &str, joints: usize) -> Option<Site> {
         let axis = |name: &str| Axis6::ALL.into_iter().find(|a| a.name() == name);
         let xyz = |name: &str| ["x", "y", "z"].iter().position(|n| *n == name);
@@ -125,6 +133,13 @@ impl Site {
 }
 
 /// Numbers the sites of an arm with `joints` joints, so that deviations form one flat vector.
+///
+/// ```
+/// use calibench::robot::sites::SiteIndex;
+///
+/// // Base 6, flex of the base 6, eleven a link, and three each of tool, target and probe.
+/// assert_eq!(SiteIndex::new(6).len(), 6 + 6 + 11 * 6 + 3 * 3);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SiteIndex {
     joints: usize,

@@ -194,6 +194,27 @@ impl ClearanceCheck {
 }
 
 /// The narrowest gap of an arm in `posture` and `surroundings`; `None` if there are no two bodies to compare.
+///
+/// ```
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::kinematics::Posture;
+/// use calibench::robot::sites::SiteIndex;
+/// use calibench::robot::solids::{Solid, Surroundings, clearance};
+/// use calibench::robot::{FramePose, Link, MdhLink, Robot};
+///
+/// // An arm that reaches 0.5 m along x, 50 mm in radius, and a post whose face is at 0.9 m.
+/// let arm = Solid::capsule("arm", 1, [Vector3::zeros(), Vector3::new(0.5, 0.0, 0.0)], 0.05);
+/// let post = Solid::cuboid("post", 0, Vector3::new(1.0, 0.0, 0.0), Vector3::repeat(0.1));
+/// # let link = Link { mdh: MdhLink::default(), limits: [-1.0, 1.0], mass: 0.0, com: Vector3::zeros() };
+/// let robot = Robot { links: vec![link], solids: vec![arm], ..Robot::default() };
+/// let cell = Surroundings { fixed: vec![post], carried: Vec::new() };
+/// # let mut posture = Posture::new(&robot);
+/// # let nominal = vec![0.0; SiteIndex::new(1).len()];
+/// # posture.set(&robot, &FramePose::default(), &FramePose::default(), &[0.0], &nominal);
+/// let gap = clearance(&robot, &posture, &cell).ok_or("two bodies")?;
+/// assert!((gap.distance - 0.35).abs() < 1e-6);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn clearance(robot: &Robot, posture: &Posture, surroundings: &Surroundings) -> Option<Clearance> {
     ClearanceCheck::new(robot, surroundings).clearance(posture)
 }

@@ -46,6 +46,25 @@ pub enum NotSphericalWrist {
 }
 
 /// The closed form for one arm.
+///
+/// ```
+/// use calibench::robot::inverse::{SphericalWrist, StatusTurn};
+/// use calibench::robot::kinematics::world_from_tool;
+/// use calibench::robot::{FramePose, built_in};
+///
+/// let robot = built_in("kr6_r700").ok_or("built in")?;
+/// let wrist = SphericalWrist::new(&robot)?;
+/// let q = [0.3, -1.2, 1.4, 0.4, 0.9, 0.1];
+/// let pose = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q);
+/// let StatusTurn { status, turn } = StatusTurn::of(&wrist, &q);
+/// let found = wrist.joints_of(&pose, Some(status), Some(turn), &[0.0; 6]).ok_or("a posture")?;
+/// assert!(q.iter().zip(found).all(|(q, found)| (q - found).abs() < 1e-9));
+///
+/// // The last three axes of a UR10 do not meet.
+/// let ur10 = built_in("ur10").ok_or("built in")?;
+/// assert!(SphericalWrist::new(&ur10).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SphericalWrist {
     /// From the base to the line of joint 1.

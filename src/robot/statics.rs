@@ -33,6 +33,27 @@ impl Payload {
 }
 
 /// Static loads in one posture.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use calibench::nalgebra::Vector3;
+/// use calibench::robot::kinematics::Posture;
+/// use calibench::robot::sites::SiteIndex;
+/// use calibench::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
+/// use calibench::robot::{FramePose, Link, MdhLink, Robot};
+///
+/// // A level arm of 2 kg, its centre of mass 0.5 m from a joint that turns about the world's -y: 2 kg * 9.81 m/s² * 0.5 m.
+/// let mdh = MdhLink { alpha: FRAC_PI_2, ..MdhLink::default() };
+/// let link = Link { mdh, limits: [-1.0, 1.0], mass: 2.0, com: Vector3::new(0.5, 0.0, 0.0) };
+/// let robot = Robot { links: vec![link], ..Robot::default() };
+/// let mut posture = Posture::new(&robot);
+/// let nominal = vec![0.0; SiteIndex::new(1).len()];
+/// posture.set(&robot, &FramePose::default(), &FramePose::default(), &[0.0], &nominal);
+/// let mut loads = Loads::new(1);
+/// loads.compute(&robot, &posture, &Payload::none(), &DEFAULT_GRAVITY, &Vector3::zeros());
+/// assert!((loads.tau[0] + 9.81).abs() < 1e-12);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
     /// Moment of the load about +z of each joint, N·m, or force along +z of a prismatic one, N (N).

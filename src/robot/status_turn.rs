@@ -8,6 +8,18 @@ use super::Pose;
 use super::inverse::SphericalWrist;
 
 /// Status and turn of a posture.
+///
+/// ```
+/// use calibench::robot::built_in;
+/// use calibench::robot::inverse::{SphericalWrist, StatusTurn};
+/// use calibench::units::DEG;
+///
+/// // The wrist's centre in front of axis 1, the elbow bent beyond 5.48 deg, A5 positive: only bit 1. A2 alone is negative: bit 1.
+/// let wrist = SphericalWrist::new(&built_in("kr6_r700").ok_or("built in")?)?;
+/// let q = [0.0, -90.0, 90.0, 0.0, 45.0, 0.0].map(|q| q * DEG);
+/// assert_eq!(StatusTurn::of(&wrist, &q), StatusTurn { status: 0b010, turn: 0b000010 });
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StatusTurn {
     /// Status, 0 to 7.

@@ -10,9 +10,9 @@ import { capital, digits, percent, printed } from "./text.js";
 const FIRST_CANDIDATES = 6;
 
 const LEGEND =
-  "Explains: share of the residual sum of squares that it absorbs. Visible: share of the effect that shows in these residuals at " +
-  "all; the rest hides in wrong parameters and comes out elsewhere. Gain: how much the residual of blocks that were " +
-  "not fitted falls (cross-validation).";
+  "Explains: share of the residual sum of squares that it absorbs. Visible: share of the effect that shows in " +
+  "these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Gain: how much the residual " +
+  "of blocks that were not fitted falls (cross-validation).";
 
 /**
  * @param {Report} report

@@ -90,7 +90,7 @@ function left(report, candidate) {
 }
 
 /**
- * The apparent error of a joint, and what a candidate would take of it.
+ * The apparent error of a joint, and the part that a candidate explains.
  * @param {WholeReport} report
  * @param {Candidate} candidate
  * @param {number} joint
@@ -155,7 +155,7 @@ function curve({ joint, against, unit, at, mean_urad: mean, sigma_urad: sigma })
 }
 
 /**
- * What the fit leaves against what a candidate would take.
+ * The residual against the part that a candidate explains.
  * @param {WholeReport} report
  * @param {Candidate} candidate
  */
@@ -184,8 +184,8 @@ function agreement(report, candidate) {
 /** @param {Report} report */
 function contributions(report) {
   const told =
-    "No single effect is significant. This is how the residual divides when the whole catalogue is fitted at once, each " +
-    "effect held to its plausible size.";
+    "No single effect is significant. This is how the residual divides when the whole catalogue is fitted at once, " +
+    "each effect held to its plausible size.";
   return [figure(contributionChart(report, report.diagnosis.contributions.slice(0, 12)), told)];
 }
 

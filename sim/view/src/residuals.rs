@@ -53,7 +53,7 @@ pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewEr
     Ok(shown)
 }
 
-/// The residuals as arrows, `scale` times as long as they are.
+/// The residuals as arrows, magnified by `scale`.
 fn residual_arrows(left: &Left, scale: f64, colour: [u8; 3]) -> Arrows3D {
     let arrow = |r: &Residual| single(&(r.residual * scale));
     Arrows3D::from_vectors(left.residuals.iter().map(arrow))

@@ -31,6 +31,13 @@ impl LineSettings {
     pub const VIRTUAL: LineSettings = LineSettings { baud: 9600, data_bits: 8, parity: Parity::None, stop_bits: 1 };
 
     /// Parses e.g. `4800 7E2`; `None` for any other format.
+    ///
+    /// ```
+    /// use calibench::cell::gauge::LineSettings;
+    ///
+    /// assert_eq!(LineSettings::parse("4800 7E2"), Some(LineSettings::OPTO_RS));
+    /// assert_eq!(LineSettings::parse("4800 9E2"), None);
+    /// ```
     pub fn parse(text: &str) -> Option<Self> {
         let (baud, frame) = text.trim().split_once(' ')?;
         let baud = baud.parse().ok().filter(|baud| (300..=4_000_000).contains(baud))?;

@@ -41,6 +41,16 @@ impl DigimaticWord {
 
     /// Encodes `value` of `unit` with this many decimals (at most 5); `None` if six digits cannot hold it, or the unit is
     /// neither of the two.
+    ///
+    /// ```
+    /// use calibench::cell::gauge::{DigimaticWord, DisplayUnit};
+    ///
+    /// // -1.234 mm: four F, the sign, six digits, three decimals, millimetres.
+    /// let word = DigimaticWord::encode(-1.234, 3, DisplayUnit::Millimetre).ok_or("six digits")?;
+    /// assert_eq!(word.0, [15, 15, 15, 15, 8, 0, 0, 1, 2, 3, 4, 3, 0]);
+    /// assert_eq!(word.decode().map(|reading| reading.value), Ok(-1.234));
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn encode(value: f64, decimals: usize, unit: DisplayUnit) -> Option<Self> {
         let unit = match unit {
             DisplayUnit::Millimetre => 0,

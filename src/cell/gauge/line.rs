@@ -10,6 +10,17 @@ const CR_WITH_PARITY: u8 = 0x8d;
 
 /// Finds lines that end with CR, LF or both, however they are fragmented; holds one unfinished line besides the bytes pushed
 /// last.
+///
+/// ```
+/// use calibench::cell::gauge::LineReader;
+///
+/// let mut reader = LineReader::default();
+/// reader.push(b"+006.35");
+/// assert_eq!(reader.line(), None);
+/// reader.push(b"00\r\n+0");
+/// assert_eq!(reader.line().as_deref(), Some(&b"+006.3500"[..]));
+/// assert!(reader.line().is_none() && reader.is_amid_line());
+/// ```
 #[derive(Debug, Default)]
 pub struct LineReader {
     bytes: Vec<u8>,

@@ -162,6 +162,12 @@ impl ReadingFormat {
     pub const SYLVAC: ReadingFormat = ReadingFormat { whole: 3, decimals: 4, comma: false, before: "", after: "", end: "\r" };
 
     /// Formats the line that shows `value`, in the unit of the display.
+    ///
+    /// ```
+    /// use calibench::cell::gauge::ReadingFormat;
+    ///
+    /// assert_eq!(ReadingFormat::SYLVAC.encode(6.35), b"+006.3500\r");
+    /// ```
     pub fn encode(&self, value: f64) -> Vec<u8> {
         let ReadingFormat { whole, decimals, comma, before, after, end } = *self;
         let digits = format!("{:0width$.decimals$}", value.abs(), width = whole + 1 + decimals);

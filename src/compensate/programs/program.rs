@@ -25,6 +25,15 @@ pub enum Dialect {
 
 impl Dialect {
     /// The dialect of a file by its extension, if it is that of a robot program.
+    ///
+    /// ```
+    /// use std::path::Path;
+    ///
+    /// use calibench::compensate::programs::Dialect;
+    ///
+    /// assert_eq!(Dialect::of(Path::new("weld.SRC")), Some(Dialect::Krl));
+    /// assert_eq!(Dialect::of(Path::new("weld.txt")), None);
+    /// ```
     pub fn of(path: &Path) -> Option<Dialect> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         Some(match extension.as_str() {

@@ -14,6 +14,14 @@ pub fn setting_aside(sample: &str) -> String {
 }
 
 /// The sample excluded by an effect; `None` for any other effect.
+///
+/// ```
+/// use calibench::effects::catalogue::{set_aside_by, setting_aside};
+///
+/// assert_eq!(setting_aside("p7"), "outlier:p7");
+/// assert_eq!(set_aside_by("outlier:p7"), Some("p7"));
+/// assert_eq!(set_aside_by("hysteresis:2"), None);
+/// ```
 pub fn set_aside_by(effect: &str) -> Option<&str> {
     effect.strip_prefix("outlier:")
 }

@@ -32,6 +32,13 @@ impl Prior {
     }
 
     /// Information of the prior, 1/sigma², SI; zero if there is none.
+    ///
+    /// ```
+    /// use calibench::identify::problem::Prior;
+    ///
+    /// assert_eq!(Prior::Certified(0.5).information(), 4.0);
+    /// assert_eq!(Prior::Uninformative.information(), 0.0);
+    /// ```
     pub fn information(self) -> f64 {
         self.sigma().powi(-2)
     }

@@ -4,6 +4,17 @@
 ///
 /// A coordinate keeps its sign until it has moved by the threshold from its last such position; so a slow drift in one
 /// direction accumulates, and a step too small to take up the lost motion changes nothing.
+///
+/// ```
+/// use calibench::measure::campaign::LastMotion;
+///
+/// let mut motion = LastMotion::new(1.0);
+/// motion.rest_at(&[0.0, 0.0]);
+/// motion.rest_at(&[5.0, 0.6]);
+/// motion.rest_at(&[4.5, 1.2]);
+/// // The first came back by too little; the second has crept by enough.
+/// assert_eq!(motion.signs(), [1, 1]);
+/// ```
 #[derive(Debug, Clone)]
 pub struct LastMotion {
     threshold: f64,

@@ -79,6 +79,17 @@ impl fmt::Display for LongSession {
 
 impl Dataset {
     /// Returns the sessions whose times span more than 31 days, in the order of their first rows.
+    ///
+    /// ```
+    /// use calibench::measure::dataset::{Dataset, Measured, Sample};
+    /// use calibench::nalgebra::Vector3;
+    ///
+    /// // Two samples forty days apart: the clock was set in between, if they are of one session.
+    /// let sample = Sample::new("p", vec![0.0; 6], Measured::Point(Vector3::zeros()));
+    /// let at = |days: f64| Sample { time_s: Some(days * 86_400.0), ..sample.clone() };
+    /// let data = Dataset { samples: vec![at(0.0), at(40.0)], ..Dataset::default() };
+    /// assert_eq!(data.long_sessions()[0].last_s, 40.0 * 86_400.0);
+    /// ```
     pub fn long_sessions(&self) -> Vec<LongSession> {
         let mut sessions: Vec<LongSession> = Vec::new();
         for sample in &self.samples {

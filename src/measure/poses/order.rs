@@ -10,6 +10,26 @@ const SHORTER: f64 = 1e-9;
 /// If the balls were probed one by one, a drift of the robot would look like a displacement of the balls; in rounds, it affects
 /// all of them alike. Among the unvisited poses of the next ball, the one with the shortest joint motion from the last approach
 /// comes next (the largest joint angle counts, since all joints move together).
+///
+/// ```
+/// use calibench::measure::poses::{PlannedPose, interleave};
+///
+/// let pose = |id: &str, ball, q: f64| PlannedPose {
+///     id: id.into(),
+///     ball,
+///     approach: vec![q; 6],
+/// #     payload: 0,
+/// #     contact: vec![q; 6],
+/// #     reserve: false,
+/// #     reverses: None,
+/// #     via: Vec::new(),
+/// #     clearance: None,
+///     // ...
+/// };
+/// // Two poses on ball 0, two on ball 1: the balls take turns, each with the pose that is nearest.
+/// let poses = [pose("a", 0, 0.0), pose("b", 0, 0.5), pose("c", 1, 0.9), pose("d", 1, 0.1)];
+/// assert_eq!(interleave(&poses), [0, 3, 1, 2]);
+/// ```
 pub fn interleave(poses: &[PlannedPose]) -> Vec<usize> {
     Tour::nearest(poses).order
 }

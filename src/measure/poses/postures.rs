@@ -57,6 +57,15 @@ impl Postures {
     }
 
     /// Groups of equal `key` whose joint angles (rad) all lie within 0.01 deg of each other; O(n log n).
+    ///
+    /// ```
+    /// use calibench::measure::poses::Postures;
+    /// use calibench::units::DEG;
+    ///
+    /// let joints = [[0.0], [0.005 * DEG], [1.0 * DEG]];
+    /// let postures = Postures::of_joints(&joints.each_ref().map(|q| &q[..]), &[0, 0, 0]);
+    /// assert_eq!((postures.count(), postures.of_samples()), (2, &[0, 0, 1][..]));
+    /// ```
     pub fn of_joints(joints: &[&[f64]], key: &[usize]) -> Self {
         let mut groups: HashMap<usize, Vec<usize>> = HashMap::new();
         for (i, key) in key.iter().enumerate().take(joints.len()) {

@@ -40,6 +40,20 @@ pub struct Selection {
 ///
 /// The starts run in parallel; the result is the same on any number of threads.
 ///
+/// ```
+/// use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
+///
+/// // Each of four candidates shows one of two parameters, along x; the first two show most.
+/// let jacobian = |of_first: f64, of_second: f64| [of_first, of_second, 0.0, 0.0, 0.0, 0.0];
+/// let rows = [jacobian(2.0, 0.0), jacobian(0.0, 2.0), jacobian(1.0, 0.0), jacobian(0.0, 1.0)].concat();
+/// let candidates = Candidates::new(&rows, 2, vec![0; 4])?;
+/// let found = select(&candidates, &Request::new(Quota::Free(2)))?;
+/// assert_eq!(found.poses, [0, 1]);
+/// // The singular values are 2 and 2, of two poses.
+/// assert!((found.o1 - 2.0 / 2f64.sqrt()).abs() < 1e-12);
+/// # Ok::<(), calibench::measure::poses::selection::SelectionError>(())
+/// ```
+///
 /// # Errors
 /// When the request cannot be met by the pool, or the poses found leave a combination of parameters undetermined.
 pub fn select(candidates: &Candidates, request: &Request) -> Result<Selection, SelectionError> {

@@ -54,6 +54,18 @@ pub struct Charts {
 
 impl Chart {
     /// Index of the check at which its average left the limits, if it is still beyond them.
+    ///
+    /// ```
+    /// use calibench::monitoring::check::charts::{Chart, ChartPoint};
+    /// use calibench::monitoring::check::conditions::Elementary;
+    ///
+    /// let chart = |averages: &[f64]| Chart {
+    ///     of: Elementary::Growth,
+    ///     points: averages.iter().map(|&average| ChartPoint { estimate: 0.0, sigma: 1.0, average }).collect(),
+    /// };
+    /// assert_eq!(chart(&[0.5, 2.8, 3.1]).signal(2.7), Some(1));
+    /// assert_eq!(chart(&[0.5, 2.8, 0.1]).signal(2.7), None);
+    /// ```
     pub fn signal(&self, limit: f64) -> Option<usize> {
         let inside = self.points.iter().rposition(|p| p.average.abs() <= limit);
         let since = inside.map_or(0, |last| last + 1);

@@ -44,6 +44,18 @@ pub(super) fn same_measurement(samples: &[Sample]) -> Option<(&Sample, &Sample)>
 }
 
 /// Number of rows of a check that are rows of an earlier one as well; `None` if they are no more than chance has it.
+///
+/// ```
+/// use calibench::measure::dataset::{Dataset, Measured, Sample};
+/// use calibench::monitoring::check::rows_again;
+/// use calibench::nalgebra::Vector3;
+///
+/// let point = |k: usize| Measured::Point(Vector3::new(0.5, 0.0, 0.01 * k as f64));
+/// let row = |k: usize| Sample::new(format!("p{k}"), vec![0.1 * k as f64; 6], point(k));
+/// let rows = |places: std::ops::Range<usize>| Dataset { samples: places.map(row).collect(), ..Dataset::default() };
+/// assert_eq!(rows_again(&rows(0..10), &rows(0..40)), Some(10));
+/// assert_eq!(rows_again(&rows(40..50), &rows(0..40)), None);
+/// ```
 pub fn rows_again(now: &Dataset, earlier: &Dataset) -> Option<usize> {
     let keys = |dataset: &Dataset| dataset.samples.iter().filter(|s| is_read(s)).map(key).collect::<HashSet<_>>();
     in_both([&keys(now), &keys(earlier)], [now.samples.len(), earlier.samples.len()])

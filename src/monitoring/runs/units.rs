@@ -200,6 +200,14 @@ impl Pattern {
     }
 
     /// The runs that differ, in words, by name.
+    ///
+    /// ```
+    /// use calibench::monitoring::runs::Pattern;
+    ///
+    /// let runs = ["march", "june", "october"];
+    /// assert_eq!(Pattern::Since(1).words(&runs), "since june");
+    /// assert_eq!(Pattern::Only(2).words(&runs), "in october");
+    /// ```
     pub fn words(&self, names: &[&str]) -> String {
         match self {
             Pattern::Since(run) => format!("since {}", names[*run]),

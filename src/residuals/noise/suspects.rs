@@ -60,6 +60,34 @@ pub struct Suspect {
 /// Finds the samples of set `fit` that disagree with all others under `model`; none if there are so many that the model
 /// must be wrong.
 ///
+/// ```
+/// use calibench::identify::Model;
+/// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::residuals::noise::suspects;
+/// # use calibench::robot::kinematics::world_from_tool;
+/// # use calibench::robot::{FramePose, built_in};
+/// use calibench::units::{MM, UM};
+/// # let robot = std::sync::Arc::new(built_in("ur5").ok_or("built in")?);
+/// # let sample = |k: usize| {
+/// #     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+/// #     let fraction = |i: usize| (((k + 7) * (i + 3)) as f64 * 0.414).fract();
+/// #     let noise = calibench::nalgebra::Vector3::from_fn(|i, _| 40.0 * UM * (fraction(i) - 0.5));
+/// #     let seen = world_from_tool(&robot, &FramePose::default(), &FramePose::default(), &q).translation.vector;
+/// #     Sample::new(format!("p{k}"), q, Measured::Point(seen + noise))
+/// # };
+/// # let samples = (0..40).map(sample).collect();
+/// # let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
+/// # let mut data = Dataset { robot: robot.clone(), noise, samples, ..Dataset::default() };
+///
+/// // Forty points, one of which was mistyped by a millimetre.
+/// if let Measured::Point(point) = &mut data.samples[7].measured {
+///     point.x += 1.0 * MM;
+/// }
+/// let found = suspects(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// assert_eq!(found.iter().map(|s| s.sample.as_str()).collect::<Vec<_>>(), ["p7"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// When the data do not fit the model, or do not determine the unknowns.
 pub fn suspects(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {

@@ -22,6 +22,17 @@ const CLIP: f64 = 3.0;
 const TAIL: f64 = 0.10;
 
 /// Gain of a step at left-out postures, by one division.
+///
+/// ```
+/// use calibench::diagnosis::folds::Division;
+/// use calibench::selection::recommend::{Gain, Lack};
+///
+/// // A fifth of the squares, at 40 postures: convincing by four standard errors, not by one.
+/// let gain = Gain { division: Division::Random, postures: 40, rms: [1e-4, 9e-5], share: 0.2, sigma: 4.0, tail: 0.9 };
+/// assert!(gain.convinces());
+/// let by_chance = Gain { sigma: 1.0, ..gain };
+/// assert!(matches!(by_chance.lacks(), Some(Lack::Significance { needed }) if needed > 2.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
     /// Kind of division.

@@ -41,6 +41,18 @@ pub struct HomeWays {
 
 impl HomeWays {
     /// The joints on the path from the approach of one pose to that of another, through home; both ends excluded, rad.
+    ///
+    /// ```
+    /// use std::collections::BTreeMap;
+    ///
+    /// use calibench::measure::poses::ways::{HomeWays, Way};
+    ///
+    /// let way = |via: &[f64]| Way { via: via.iter().map(|&q| vec![q]).collect(), narrowest: None };
+    /// let to = BTreeMap::from([("a".to_owned(), way(&[1.0, 2.0])), ("b".to_owned(), way(&[5.0]))]);
+    /// let ways = HomeWays { home: vec![0.0], mastering: None, to };
+    /// // Back along the way to `a`, through home, out along the way to `b`.
+    /// assert_eq!(ways.between("a", "b"), [[2.0], [1.0], [0.0], [5.0]]);
+    /// ```
     pub fn between(&self, from: &str, to: &str) -> Vec<Vec<f64>> {
         [self.home_from(from), self.from_home(to).to_vec()].concat()
     }

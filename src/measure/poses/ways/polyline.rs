@@ -6,6 +6,12 @@ pub(super) fn length(path: &[Vec<f64>]) -> f64 {
 }
 
 /// The largest joint motion between two postures, rad: all joints move together, so it determines the time.
+///
+/// ```
+/// use calibench::measure::poses::ways::turn;
+///
+/// assert_eq!(turn(&[0.0, 1.0], &[0.25, 0.5]), 0.5);
+/// ```
 pub fn turn(from: &[f64], to: &[f64]) -> f64 {
     from.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
