@@ -27,7 +27,7 @@ use crate::terminal::failure::{Failure, Interrupted, Outcome};
 use crate::terminal::output::{print_answer, warn};
 use crate::terminal::progress::{CampaignBar, Waiting};
 use crate::terminal::streams::input;
-use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
+use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker};
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
@@ -253,7 +253,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         other => return Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
     };
     journal.live_through_again();
-    let mut observer = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
+    let mut observer = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
     let streams = (Streams { seed, trial: 0 }, visit);
     let measured = measure(&scenario, streams, (&planned, &points), &mut journal, &mut observer);
     drop(observer);
@@ -271,7 +271,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     let summary = format!(
         "{} of {} planned probings{} measured; dataset in {}",
         record.samples.len(),
-        wanted(poses),
+        planned.wanted(),
         if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
         output.display()
     );

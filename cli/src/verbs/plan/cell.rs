@@ -1,4 +1,4 @@
-//! `plan CELL -o PLAN`: a plan for a real cell, made in the scenario that its file refers to.
+//! `plan CELL -o PLAN`: a plan for a real cell, made with the settings of the scenario that its file refers to.
 
 use std::path::Path;
 
@@ -23,7 +23,8 @@ pub fn is_cell(path: &Path) -> bool {
     read_text(path).ok().and_then(format).unwrap_or(false)
 }
 
-/// Reads the scenario to which a cell's file refers, and the cell, whose names and guards the plan must respect.
+/// Reads the scenario to which a cell's file refers, with the bodies of the cell if its file names them, and the cell, whose
+/// names and guards the plan must respect.
 ///
 /// # Errors
 /// If the file is invalid, refers to no scenario, or the scenario is of another cell.
@@ -34,7 +35,8 @@ pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
         Err(error) => error,
     };
     let Some(named) = &cell.scenario else {
-        let remedy = "name a scenario of the same cell, relative to this file: it has the bodies among which poses are planned";
+        let remedy =
+            "name a scenario of the same cell, relative to this file: it has the settings with which poses are planned";
         return Err(wrong("is missing".into(), remedy));
     };
     if !named.exists() {
@@ -45,6 +47,10 @@ pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
         let problem = format!("{} is of another cell: {difference}", named.display());
         return Err(wrong(problem, "make robot, base, tool, balls and payloads those of the dataset"));
     }
+    let scenario = match &cell.surroundings {
+        Some(bodies) => scenario.with_surroundings(bodies.clone()),
+        None => scenario,
+    };
     Ok((scenario, cell))
 }
 
