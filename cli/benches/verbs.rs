@@ -51,7 +51,7 @@ fn ur10() -> Dataset {
 fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
     let poses = WorkspacePoses::of(named);
-    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
     let step = ladder_step(named, model, ground).unwrap();
     let advice = Advice::on(named, &step, ground).unwrap();
     let commands = Recommended::default();
@@ -72,7 +72,7 @@ fn verbs(c: &mut Criterion) {
     group.bench_function("diagnose, 11,911 points", |b| b.iter(|| black_box(diagnose(&[("W8", &large)], &model))));
 
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
     let first = ladder_step(&named, &model, ground).unwrap();
     let step = || best_step(&named, &first, ground).unwrap();
     assert_eq!(step().unwrap().added, [MISSING]);
@@ -124,6 +124,7 @@ fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
         campaign: None,
         pictures: Vec::new(),
         run: None,
+        worker: None,
     };
     let place = Place::new(std::env::temp_dir(), None);
     let Ok(bench) = Bench::new(case, place) else { panic!("the data determine the model") };

@@ -24,6 +24,7 @@ use super::documents::Run;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::Dataset;
+use calibench::prediction::worker::Worker;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
 pub(crate) use self::html::script_sources;
@@ -64,6 +65,8 @@ pub struct PageSubject<'a> {
     pub pictures: &'a [CellPicture],
     /// The run; `None` for measurements alone.
     pub run: Option<&'a Run>,
+    /// Computes a part of the judgement where threads cannot be had.
+    pub worker: Option<&'static dyn Worker>,
 }
 
 /// A report as one document.

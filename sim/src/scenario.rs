@@ -31,6 +31,7 @@ use calibench::robot::{FramePose, Robot};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
+use crate::mechanics::MakePlant;
 use crate::tilt::Tilt;
 use bodies::Bodies;
 pub use design_keys::DesignToml;
@@ -85,6 +86,8 @@ pub struct Scenario {
     pub sweep: Option<SweepToml>,
     /// Specification for the design of an artifact.
     pub design: Option<DesignToml>,
+    /// Builds the plant `mujoco`, if the program includes it.
+    pub mujoco: Option<MakePlant<Scenario>>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,

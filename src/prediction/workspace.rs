@@ -13,6 +13,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::at_new_poses::AtNewPoses;
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
+use super::worker::Worker;
 use crate::diagnosis::Examination;
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
@@ -157,12 +158,22 @@ impl WorkspaceError {
         examination: &Examination,
         poses: &[Vec<f64>],
     ) -> Result<Option<Self>, IdentifyError> {
+        WorkspaceError::predict_with(datasets, examination, poses, None)
+    }
+
+    /// As [`WorkspaceError::predict`], with the help of the worker if there is one.
+    pub(crate) fn predict_with(
+        datasets: &[(&str, &Dataset)],
+        examination: &Examination,
+        poses: &[Vec<f64>],
+        worker: Option<&dyn Worker>,
+    ) -> Result<Option<Self>, IdentifyError> {
         let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty() && undetermined(examination).is_empty()) else {
             return Ok(None);
         };
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
-        let posterior = Posterior::of(datasets, examination)?;
+        let posterior = Posterior::of(datasets, examination, worker)?;
         let mut errors = posterior.errors(&there, examination, &mut random)?;
         rein_in(&mut errors);
         let level = Level::of(datasets, examination);

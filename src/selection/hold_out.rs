@@ -6,6 +6,7 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::measure::dataset::{Dataset, SampleSet};
 use crate::measure::poses::Postures;
+use crate::prediction::worker::Worker;
 use crate::residuals::Validation;
 
 /// The poses and campaigns on which a model is judged, besides the rows that it is fitted to.
@@ -16,6 +17,8 @@ pub struct HoldOut<'a> {
     /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is re-fitted
     /// for each. They are judged on their rows of set `validation`, or on all rows if there are none.
     pub checks: &'a [(&'a str, &'a Dataset)],
+    /// Computes a part of the prediction where threads cannot be had.
+    pub worker: Option<&'a dyn Worker>,
 }
 
 /// The reason why a campaign cannot be judged.

@@ -20,7 +20,7 @@ use calibench::units::MM;
 use crate::oracles::data;
 
 /// A step has to prove itself on the data that are fitted, block by block.
-const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &[], checks: &[] };
+const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &[], checks: &[], worker: None };
 
 fn bring(format: &str, files: &[PathBuf], holdout: Option<Holdout>) -> Dataset {
     let options = ImportOptions { holdout, ..ImportOptions::default() };

@@ -14,7 +14,6 @@ use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels}
 use calibench::monitoring::history::{History, HistoryError, HistoryLock, day_until_now};
 use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
-use calibench_sim::scenario::load_scenario;
 
 use super::measure::cell as measure_cell;
 use super::measure::{Simulated, simulate};
@@ -22,6 +21,7 @@ use super::plan::cell::is_cell;
 use crate::arguments::choices::seed;
 use crate::arguments::choosing::Choice;
 use crate::arguments::data::{read_calibration_to_use, read_datasets};
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
 use crate::terminal::output::{check_outputs, note, print, print_answer, print_json};
 use crate::terminal::progress::Waiting;
@@ -156,7 +156,7 @@ fn probe(
     let nominal = if is_real {
         read_cell(cell)?.dataset
     } else {
-        let scenario = load_scenario(cell)?;
+        let scenario = read_scenario(cell)?;
         scenario.expect_trical("check")?;
         Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
     };

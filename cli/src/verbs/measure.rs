@@ -23,6 +23,7 @@ use crate::arguments::choices::PlantChoice;
 use crate::arguments::choices::seed;
 use crate::arguments::choosing::{Choice, Chosen, finished};
 use crate::arguments::data::model_for;
+use crate::arguments::scenario::{read_document, read_scenario};
 use crate::terminal::failure::{Failure, Interrupted, Outcome};
 use crate::terminal::output::{print_answer, warn};
 use crate::terminal::progress::{CampaignBar, Waiting};
@@ -32,7 +33,7 @@ use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
 use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::{Document, Scenario, load_scenario};
+use calibench_sim::scenario::Scenario;
 use calibench_sim::session::{Session, centring};
 
 /// Two forms of call; clap's generated usage would merge them.
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
         (Some(cell), _) => (read_cell(cell)?.dataset, 0),
         (None, Some(scenario)) => {
-            let scenario = load_scenario(scenario)?;
+            let scenario = read_scenario(scenario)?;
             scenario.expect_trical("measure")?;
             let cell = Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() };
             (cell, scenario.plan.light_poses)
@@ -208,7 +209,7 @@ fn run_with(arguments: &Arguments, choice: Choice<'_>) -> Result<Outcome, Failur
 pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome, Failure> {
     let Simulated { scenario, output, visit, .. } = *arguments;
     check_output_folder(output, "dataset", DATASET_TOML)?;
-    let document = Document::read(scenario)?;
+    let document = read_document(scenario)?;
     let mut scenario = document.scenario()?;
     scenario.expect_trical("measure")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);

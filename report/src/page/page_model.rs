@@ -21,6 +21,7 @@ use calibench::identify::Prediction;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::prediction::worker::Worker;
 use calibench::prediction::{Extrapolation, PoseSource, WorkspacePoses};
 use calibench::residuals::Validation;
 use calibench::robot::JointKind;
@@ -34,6 +35,7 @@ pub struct PageModel {
     /// The model, fitted and judged.
     pub ladder_step: LadderStep,
     poses: Arc<WorkspacePoses>,
+    worker: Option<&'static dyn Worker>,
 }
 
 impl PageModel {
@@ -43,9 +45,9 @@ impl PageModel {
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
         let poses = PageModel::poses(subject);
-        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
         let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject)?;
-        Ok(PageModel { ladder_step, poses })
+        Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
 
     /// Judges a fitted model of the subject at these poses; the result is that of [`PageModel::new`] for the same model.
@@ -57,9 +59,9 @@ impl PageModel {
         subject: &PageSubject<'_>,
         poses: Arc<WorkspacePoses>,
     ) -> Result<Self, IdentifyError> {
-        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
         let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject)?;
-        Ok(PageModel { ladder_step, poses })
+        Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
 
     /// The poses at which models of these data are judged: those of the validation rows, of `judged` or else of `datasets`;
@@ -97,7 +99,7 @@ impl PageModel {
 
     /// The same as the ground of a step.
     pub fn ground(&self) -> HoldOut<'_> {
-        HoldOut { poses: &self.poses.q, checks: &[] }
+        HoldOut { poses: &self.poses.q, checks: &[], worker: self.worker }
     }
 
     /// The expected error over the workspace, if it can be predicted.

@@ -2,6 +2,7 @@
 
 use calibench::identify::Model;
 use calibench::measure::dataset::Dataset;
+use calibench::prediction::worker::Worker;
 
 use crate::documents::Run;
 use crate::{CampaignRecord, CellPicture, PageSubject, Recommended};
@@ -30,6 +31,8 @@ pub struct Case {
     pub pictures: Vec<CellPicture>,
     /// The run, if it is one.
     pub run: Option<Run>,
+    /// Computes a part of judgements where threads cannot be had.
+    pub worker: Option<&'static dyn Worker>,
 }
 
 impl Case {
@@ -66,6 +69,7 @@ impl Case {
             campaign: self.campaign.as_ref(),
             pictures: &self.pictures,
             run: self.run.as_ref(),
+            worker: self.worker,
         })
     }
 }

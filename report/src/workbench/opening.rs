@@ -129,6 +129,7 @@ impl Case {
             campaign: None,
             pictures: Vec::new(),
             run: None,
+            worker: None,
             datasets,
         })
     }

@@ -19,8 +19,8 @@ use rand_distr::{Distribution, UnitSphere};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use calibench_sim::mechanics::Parts;
 use calibench_sim::plans::Plans;
-use calibench_sim::plant::Parts;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
 use calibench_sim::scenario::Scenario;

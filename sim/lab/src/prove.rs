@@ -88,7 +88,7 @@ impl Case<'_> {
         let takes = |s: &Sample| Use::Validation.takes(s);
         let poses: Vec<Vec<f64>> = self.judged.samples.iter().filter(|s| takes(s)).map(|s| s.q.clone()).collect();
         let began = Instant::now();
-        let climbed = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[] })?;
+        let climbed = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[], worker: None })?;
         let seconds = began.elapsed().as_secs_f64();
         let errors = |c: &Calibration| -> Result<Option<Validation>, IdentifyError> {
             Ok(Validation::of(&self.as_judged(c).predict(&judged, Use::Validation)?))

@@ -83,7 +83,7 @@ pub(crate) fn judged_rung(
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let diagnosis = diagnose_examined(datasets, examination)?;
-    let workspace = WorkspaceError::predict(datasets, examination, ground.poses)?;
+    let workspace = WorkspaceError::predict_with(datasets, examination, ground.poses, ground.worker)?;
     let FitScores { model, calibration, fit, cross_validated, blocks, posture, sessions, symptoms } = scores;
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation =

@@ -9,7 +9,8 @@ use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{DEG, MM};
 use toml::Table;
 
-use calibench_sim::scenario::{Scenario, load_scenario};
+use crate::arguments::scenario::read_scenario;
+use calibench_sim::scenario::Scenario;
 
 /// Largest allowed distance of a ball or the TCP between scenario and cell, m: clearances are a few millimetres.
 const SAME_PLACE: f64 = 1.0 * MM;
@@ -42,7 +43,7 @@ pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
     if !named.exists() {
         return Err(wrong(format!("{} is not there", named.display()), "name a scenario, relative to this file"));
     }
-    let scenario = load_scenario(named)?;
+    let scenario = read_scenario(named)?;
     if let Some(difference) = difference(&scenario.dataset(), &cell.dataset) {
         let problem = format!("{} is of another cell: {difference}", named.display());
         return Err(wrong(problem, "make robot, base, tool, balls and payloads those of the dataset"));

@@ -118,7 +118,7 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
     let visible = (found.chi2_per_dof - 1.0).max(0.0).sqrt();
     let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
     let after = (visible >= VISIBLE).then(|| {
-        let climbed = ladder(&data, model, HoldOut { poses: &poses, checks: &[] }).unwrap();
+        let climbed = ladder(&data, model, HoldOut { poses: &poses, checks: &[], worker: None }).unwrap();
         let after = error(&climbed.recommended().calibration, &validation);
         [after, after / floor]
     });
@@ -141,8 +141,9 @@ fn floor(scenario: &Scenario, plans: &Plans, seed: u64) -> f64 {
 
 /// Judges robots with one flaw at each of `sizes`, one a seed; prints a row a size.
 fn judge(flaw: &Flaw, sizes: &[f64], seeds: RangeInclusive<u64>, enough: f64) {
-    calibench_mujoco::provide();
-    let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/mujoco-pedestal.toml")).unwrap();
+    let mut scenario =
+        load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/mujoco-pedestal.toml")).unwrap();
+    scenario.mujoco = Some(calibench_mujoco::make_plant);
     let plans = Plans::new(&scenario, 1).unwrap();
     let floors: Vec<(u64, f64)> = seeds.into_par_iter().map(|seed| (seed, floor(&scenario, &plans, seed))).collect();
     let robots = floors.len();
