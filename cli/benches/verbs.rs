@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use calibench::identify::Model;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::WorkspacePoses;
 use calibench::residuals::misfit::data_fit;
 use calibench::selection::Advice;
@@ -48,7 +48,7 @@ fn ur10() -> Dataset {
 }
 
 /// `diagnose`, from the gate to the printed text.
-fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
+fn diagnose(named: &[NamedDataset<'_>], model: &Model) -> String {
     assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
     let poses = WorkspacePoses::of(named);
     let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
@@ -65,11 +65,13 @@ fn verbs(c: &mut Criterion) {
     let mut group = c.benchmark_group("W8");
     group.sample_size(10);
     let model = Model::paper();
-    let named = [("W8", &small)];
+    let named = [NamedDataset::new("W8", &small)];
     assert!(diagnose(&named, &model).contains(MISSING));
     group.bench_function("diagnose, 80 centrings", |b| b.iter(|| black_box(diagnose(&named, &model))));
     let large = ur10();
-    group.bench_function("diagnose, 11,911 points", |b| b.iter(|| black_box(diagnose(&[("W8", &large)], &model))));
+    group.bench_function("diagnose, 11,911 points", |b| {
+        b.iter(|| black_box(diagnose(&[NamedDataset::new("W8", &large)], &model)))
+    });
 
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };

@@ -27,7 +27,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Parameter, Prior};
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::JointSteps;
 
 /// Largest number of samples used; of more, only every k-th is.
@@ -82,7 +82,7 @@ impl Posterior {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn of(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         examination: &Examination,
         worker: Option<&dyn Worker>,
     ) -> Result<Self, IdentifyError> {

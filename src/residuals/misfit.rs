@@ -20,7 +20,7 @@ use self::campaign::Campaign;
 use self::expected::expected;
 pub(crate) use self::expected::reach;
 use crate::identify::problem::Use;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::measure::poses::Postures;
 
 /// Approximate number of rows to which the frames are fitted: they show a slip as clearly as ten thousand would.
@@ -33,12 +33,12 @@ const LEAST_POSTURES: usize = 4;
 
 /// Tests whether each dataset fits its robot, from the rows that `which` selects. Datasets without such rows are
 /// omitted.
-pub fn data_fit(datasets: &[(&str, &Dataset)], which: Use) -> Vec<DataFit> {
-    datasets.iter().filter_map(|(name, dataset)| of_dataset(name, dataset, which)).collect()
+pub fn data_fit(datasets: &[NamedDataset<'_>], which: Use) -> Vec<DataFit> {
+    datasets.iter().filter_map(|NamedDataset { name, dataset }| of_dataset(name, dataset, which)).collect()
 }
 
 fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
-    let whole = Campaign::of(&[(name, dataset)], which)?;
+    let whole = Campaign::of(&[NamedDataset::new(name, dataset)], which)?;
     let some = whole.selection(ROWS);
     let fitted = frames::fit(&some);
     let [most, _] = expected(&some, &fitted.frames);
@@ -51,7 +51,8 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         reach,
         rows: whole.shots.len(),
     };
-    let postures = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
+    let postures =
+        Postures::of(&[NamedDataset::new(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
     if fitted.dof < LEAST_FREEDOM || postures < LEAST_POSTURES {
         return Some(DataFit { nominal, misfit: None });
     }

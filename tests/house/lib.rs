@@ -9,6 +9,7 @@ mod python_packages_are_pinned;
 mod scripts_are_what_the_pages_say;
 mod the_house_stands;
 mod third_party_is_listed;
+mod values_have_names;
 
 use std::path::{Path, PathBuf};
 

@@ -2,6 +2,7 @@
 //! study.
 
 use crate::works;
+use calibench::measure::dataset::NamedDataset;
 use std::alloc::System;
 use std::process::Command;
 
@@ -58,7 +59,7 @@ fn count() {
     assert_eq!(kinematics, 0);
 
     let dataset = works::centred(&model);
-    let mut problem = Problem::new(&[("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
+    let mut problem = Problem::new(&[NamedDataset::new("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();

@@ -8,7 +8,7 @@ use calibench::identify::calibration::CALIBRATION_FORMAT;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportError, ImportOptions, guess, import};
 use calibench::measure::dataset::file::{DATASET_TOML, read_dataset, write_dataset};
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::residuals::misfit::data_fit;
 use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::units::MM;
@@ -209,7 +209,7 @@ pub(crate) fn open_datasets(
     told: &mut Value,
 ) -> Result<Opened, NotOpened> {
     host.tell("Checking that the data fit the robot …");
-    let borrowed: Vec<(&str, &Dataset)> = datasets.iter().map(|(name, d)| (name.as_str(), d)).collect();
+    let borrowed: Vec<NamedDataset<'_>> = datasets.iter().map(|(name, d)| NamedDataset::new(name.as_str(), d)).collect();
     // Data of different arms are rejected as such by the fit.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
     let fits = if one_arm { data_fit(&borrowed, Use::Fit) } else { Vec::new() };
@@ -280,7 +280,7 @@ fn import_tables(
     host.tell("Importing …");
     let options = ImportOptions { map: Some(map), ..ImportOptions::default() };
     let (dataset, report) = import("generic", &dropped.tables, &options)?;
-    let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
+    let misfit = data_fit(&[NamedDataset::new("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
     if let (Some(misfit), false) = (&misfit, force) {
         return Err(NotOpened::Misfit(misfit_sentence(misfit)));
     }

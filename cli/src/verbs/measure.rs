@@ -12,7 +12,7 @@ use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload};
 use calibench::measure::dataset::file::{DATASET_TOML, read_dataset};
-use calibench::measure::dataset::{Dataset, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample, SampleSet};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, read_plan};
 use calibench::planning::{Adaptive, LOOKS};
 use calibench::units::MM;
@@ -149,7 +149,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
     let waiting = Waiting::new("diagnosing");
-    let diagnosis = diagnose(&[("campaign", &measured)], &model);
+    let diagnosis = diagnose(&[NamedDataset::new("campaign", &measured)], &model);
     drop(waiting);
     print_answer(&reached_sentence(&adaptive, until_mm))?;
     if let Some(sentence) = warming_sentence(&measured.samples) {

@@ -1,5 +1,6 @@
 //! `run SCENARIO`: the whole procedure in words, from the plan to the paper's Table 9.
 
+use calibench::measure::dataset::NamedDataset;
 use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::Examination;
@@ -198,9 +199,9 @@ fn errors_table(run: &Run) -> String {
 /// The reason why the TriCal's errors on the validation poses differ from those expected there, if they do.
 fn difference(run: &Run) -> Option<String> {
     let Method { dataset, calibration, validation, .. } = &run.trical;
-    let fitted = [("trical", dataset)];
+    let fitted = [NamedDataset::new("trical", dataset)];
     let examination = Examination::new(&fitted, &calibration.model).ok()?;
-    let at = WorkspacePoses::of(&[("validation", &run.validation)]);
+    let at = WorkspacePoses::of(&[NamedDataset::new("validation", &run.validation)]);
     let forecast = forecast(&fitted, &examination, &at).ok()?.ok()?;
     judged_alike(validation, &forecast.error, forecast.extrapolation.outside)
 }

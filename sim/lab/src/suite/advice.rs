@@ -4,7 +4,7 @@ use calibench::diagnosis::Diagnosis;
 use calibench::effects::catalogue::{set_aside_by, setting_aside};
 use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
 use calibench::units::MM;
@@ -31,7 +31,7 @@ pub(super) struct Advised {
 ///
 /// `with_claimed` is the fit with the effect claimed by the diagnosis; the expected error is predicted at `poses` (rad).
 pub(super) fn advised(
-    data: &[(&str, &Dataset)],
+    data: &[NamedDataset<'_>],
     model: &Model,
     with_claimed: Option<Calibration>,
     poses: &[Vec<f64>],
