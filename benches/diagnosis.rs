@@ -8,7 +8,7 @@ use std::hint::black_box;
 use calibench::diagnosis::{Examination, diagnose, diagnose_examined};
 use calibench::identify::Model;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::{golden, oracles};
 
@@ -23,7 +23,7 @@ fn diagnosis(c: &mut Criterion) {
     let mut group = c.benchmark_group("W7");
     group.sample_size(10);
     for (name, dataset) in [("80 centrings", centred), ("11,911 points", ur10())] {
-        let named = [("W7", &dataset)];
+        let named = [NamedDataset::new("W7", &dataset)];
         let model = Model::paper();
         let mut bench = |name: String, work: &mut dyn FnMut()| {
             works::print_least(&name, 1, &mut *work);

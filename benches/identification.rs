@@ -3,6 +3,7 @@
 
 mod works;
 
+use calibench::measure::dataset::NamedDataset;
 use std::hint::black_box;
 
 use calibench::identify::fit::{fit, independent_parameters};
@@ -14,7 +15,7 @@ use works::golden;
 fn identification(c: &mut Criterion) {
     let model = golden::golden_model();
     let dataset = works::centred(&model);
-    let named = [("w2", &dataset)];
+    let named = [NamedDataset::new("w2", &dataset)];
     let frozen = works::frozen_torques();
     let mut problem = Problem::new(&named, &frozen, Use::Fit).unwrap();
     let start = problem.start();

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use calibench::diagnosis::{Diagnosis, diagnose};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::residuals::comparison::Comparison;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
@@ -46,7 +46,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 pub fn compared_and_diagnosed() -> Result<(Comparison, Diagnosis), Box<dyn Error>> {
     let model = Model::of(&["base_frame", "mdh"]);
     let data = campaign()?;
-    let datasets = [("campaign", &data)];
+    let datasets = [NamedDataset::new("campaign", &data)];
     let calibration = identify(&datasets, &model)?;
     Ok((Comparison::of(&calibration, &datasets, Use::Validation)?, diagnose(&datasets, &model)?))
 }

@@ -10,7 +10,7 @@ use calibench::compensate::conditions::Conditions;
 use calibench::compensate::{Compensator, Desired, Fake, Target, Task};
 use calibench::identify::calibration::Calibration;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
@@ -93,5 +93,5 @@ fn calibrated(nominal: &Robot, arm: &Robot) -> Result<Calibration, Box<dyn Error
     let samples = (0..100).map(&mut measure).collect();
     let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
     let data = Dataset { samples, robot: Arc::new(nominal.clone()), base, tool: TOOL, noise, ..Dataset::default() };
-    Ok(identify(&[("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?)
+    Ok(identify(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?)
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use calibench::identify::calibration::Calibration;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::nalgebra::Vector3;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
@@ -56,7 +56,7 @@ pub fn identified() -> Result<Calibration, Box<dyn Error>> {
         samples: joints_deg.iter().zip(&points_mm).enumerate().map(sample).collect(),
         ..Dataset::default()
     };
-    Ok(identify(&[("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?)
+    Ok(identify(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?)
 }
 
 /// Joint angles in degrees and points in millimetres.

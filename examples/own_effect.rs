@@ -14,7 +14,7 @@ use calibench::effects::situation::Situation;
 use calibench::effects::{Effect, Emit, ParameterSpec};
 use calibench::identify::calibration::Estimate;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::sites::{MdhEntry, Site};
 use calibench::robot::{FramePose, built_in};
@@ -98,8 +98,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 pub fn named_and_fitted() -> Result<(Vec<String>, Estimate), Box<dyn Error>> {
     let model = Model { registry: Registry::default().with(&HOSE_PULL)?, ..Model::of(&["base_frame", "mdh"]) };
     let data = campaign()?;
-    let named = diagnose(&[("campaign", &data)], &model)?.set95;
-    let calibration = identify(&[("campaign", &data)], &model.with("hose_pull:1"))?;
+    let named = diagnose(&[NamedDataset::new("campaign", &data)], &model)?.set95;
+    let calibration = identify(&[NamedDataset::new("campaign", &data)], &model.with("hose_pull:1"))?;
     Ok((named, calibration.estimate("hose_pull:1.s").ok_or("it was not fitted")?.clone()))
 }
 

@@ -22,7 +22,6 @@ pub mod shifts;
 pub(crate) mod sweep;
 mod symptoms;
 mod verdict;
-pub mod worker;
 
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};

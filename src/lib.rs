@@ -38,6 +38,7 @@
 //! ```
 //! use calibench::identify::calibration::write_calibration;
 //! use calibench::identify::{Model, identify};
+//! use calibench::measure::dataset::NamedDataset;
 //! use calibench::measure::dataset::file::read_dataset;
 //! # use calibench::measure::dataset::file::write_dataset;
 //! # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
@@ -56,7 +57,7 @@
 //! # write_dataset(&made, &folder.join("campaign"))?;
 //! let data = read_dataset(&folder.join("campaign"))?;
 //! let model = Model::of(&["base_frame", "mdh"]);
-//! let calibration = identify(&[("campaign", &data)], &model)?;
+//! let calibration = identify(&[NamedDataset::new("campaign", &data)], &model)?;
 //! for e in &calibration.estimates {
 //!     println!("{} = {} ± {} {}", e.name, e.unit.from_si(e.value), e.unit.from_si(e.sigma), e.unit.printed());
 //! }

@@ -3,7 +3,7 @@
 //!
 //! ```
 //! use calibench::identify::{Model, identify};
-//! # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+//! # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 //! use calibench::monitoring::check::RobotCheck;
 //! use calibench::monitoring::check::conditions::Condition;
 //! # use calibench::robot::kinematics::world_from_tool;
@@ -27,8 +27,8 @@
 //! // Eight poses of a campaign again, after joint 2 has slipped by a milliradian.
 //! let campaign = dataset((0..60).map(|k| measured(k, 0.0, 0)).collect());
 //! let today = dataset((0..8).map(|k| measured(k, 1.0 * MRAD, 1)).collect());
-//! let calibration = identify(&[("campaign", &campaign)], &Model::of(&["base_frame", "mdh"]))?;
-//! let check = RobotCheck::of(&calibration, ("campaign", &campaign), ("today", &today))?;
+//! let calibration = identify(&[NamedDataset::new("campaign", &campaign)], &Model::of(&["base_frame", "mdh"]))?;
+//! let check = RobotCheck::of(&calibration, NamedDataset::new("campaign", &campaign), NamedDataset::new("today", &today))?;
 //! assert_eq!(check.named().map(|judged| &judged.condition), Some(&Condition::JointSlipped(2)));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -33,7 +33,7 @@ use rayon::prelude::*;
 use super::diagnosis::Diagnosis;
 use crate::diagnosis::Examination;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::prediction::{WORKSPACE_POSES, workspace_poses};
 
 /// Numbers of measurements that are compared.
@@ -91,20 +91,21 @@ pub struct Proposal {
 /// # Errors
 /// When the data do not fit the model.
 pub fn propose(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     examination: &Examination,
     diagnosis: &Diagnosis,
     layout: &CellLayout,
     seed: u64,
 ) -> Result<Proposal, IdentifyError> {
     let rivals = Rival::of(diagnosis, 1);
-    let poses = datasets.first().map_or_else(Vec::new, |(_, first)| workspace_poses(first, WORKSPACE_POSES));
+    let poses =
+        datasets.first().map_or_else(Vec::new, |NamedDataset { dataset: first, .. }| workspace_poses(first, WORKSPACE_POSES));
     let designer = Designer::new(datasets, examination, &rivals)?.with_workspace(datasets, &diagnosis.relevance, &poses)?;
     let criterion = if designer.has_rivals() { Criterion::Discrimination } else { Criterion::Accuracy };
     let needs_sides = examination.library().candidates.iter().any(|c| c.family == OF_SIDES)
         || rivals.iter().any(|r| r.effect.starts_with(OF_SIDES));
     let (actions, not_offered) = match datasets.first() {
-        Some((_, first)) => actions(first, examination, layout, needs_sides, seed),
+        Some(NamedDataset { dataset: first, .. }) => actions(first, examination, layout, needs_sides, seed),
         None => (Vec::new(), Vec::new()),
     };
     let most = STEPS[STEPS.len() - 1];

@@ -5,6 +5,7 @@ pub(crate) mod level;
 mod map;
 mod outside_range;
 pub mod posterior;
+pub mod worker;
 pub(crate) mod workspace;
 
 pub use map::{MapCell, WorkspaceMap};

@@ -2,7 +2,7 @@
 
 use calibench::identify::Adjustment;
 use calibench::identify::problem::{Problem, Use};
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
 use calibench::robot::kinematics::{BatchInput, Posture, Postures};
 use calibench::robot::rel_tool::RelTool;
 use calibench::robot::sites::{MdhEntry, Site, SiteIndex};
@@ -141,7 +141,7 @@ impl<'a> Trial<'a> {
     pub fn new(model: &'a GoldenModel) -> Self {
         let starts = centring_starts();
         let dataset = dataset(model, &starts);
-        let problem = Problem::new(&[("w4", &dataset)], &frozen_torques(), Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("w4", &dataset)], &frozen_torques(), Use::Fit).unwrap();
         let start = problem.start();
         let all: Vec<usize> = (0..start.len()).collect();
         let joints = model.robot.joints();

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use calibench::identify::Model;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::WorkspacePoses;
 use calibench::residuals::misfit::data_fit;
 use calibench::selection::Advice;
@@ -48,10 +48,10 @@ fn ur10() -> Dataset {
 }
 
 /// `diagnose`, from the gate to the printed text.
-fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
+fn diagnose(named: &[NamedDataset<'_>], model: &Model) -> String {
     assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
     let poses = WorkspacePoses::of(named);
-    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
     let step = ladder_step(named, model, ground).unwrap();
     let advice = Advice::on(named, &step, ground).unwrap();
     let commands = Recommended::default();
@@ -65,14 +65,16 @@ fn verbs(c: &mut Criterion) {
     let mut group = c.benchmark_group("W8");
     group.sample_size(10);
     let model = Model::paper();
-    let named = [("W8", &small)];
+    let named = [NamedDataset::new("W8", &small)];
     assert!(diagnose(&named, &model).contains(MISSING));
     group.bench_function("diagnose, 80 centrings", |b| b.iter(|| black_box(diagnose(&named, &model))));
     let large = ur10();
-    group.bench_function("diagnose, 11,911 points", |b| b.iter(|| black_box(diagnose(&[("W8", &large)], &model))));
+    group.bench_function("diagnose, 11,911 points", |b| {
+        b.iter(|| black_box(diagnose(&[NamedDataset::new("W8", &large)], &model)))
+    });
 
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
     let first = ladder_step(&named, &model, ground).unwrap();
     let step = || best_step(&named, &first, ground).unwrap();
     assert_eq!(step().unwrap().added, [MISSING]);
@@ -124,6 +126,7 @@ fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
         campaign: None,
         pictures: Vec::new(),
         run: None,
+        worker: None,
     };
     let place = Place::new(std::env::temp_dir(), None);
     let Ok(bench) = Bench::new(case, place) else { panic!("the data determine the model") };

@@ -4,3 +4,4 @@ pub mod choices;
 pub mod choosing;
 pub mod data;
 pub mod data_gate;
+pub mod scenario;

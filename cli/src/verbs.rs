@@ -152,8 +152,6 @@ pub fn main() -> ExitCode {
 
 /// Runs the program with these arguments; the first is the program's name.
 pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
-    #[cfg(feature = "mujoco")]
-    calibench_mujoco::provide();
     let mut command = command();
     let parsed =
         command.try_get_matches_from_mut(arguments).and_then(|matches| Ok((Arguments::from_arg_matches(&matches)?, matches)));

@@ -23,7 +23,8 @@ use super::Recommended;
 use super::documents::Run;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
+use calibench::prediction::worker::Worker;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
 pub use self::html::{LivePage, chart_page_html, page_html, page_script, script_sources};
@@ -45,9 +46,9 @@ pub struct PageSubject<'a> {
     /// Explains why the data do not fit their robot, if they are examined nevertheless.
     pub misfit: Option<String>,
     /// Named datasets of one robot; their rows of set `fit` are examined.
-    pub datasets: &'a [(&'a str, &'a Dataset)],
+    pub datasets: &'a [NamedDataset<'a>],
     /// Datasets whose rows of set `validation` judge the model: the same, or others of the same set-up.
-    pub judged: &'a [(&'a str, &'a Dataset)],
+    pub judged: &'a [NamedDataset<'a>],
     /// The model to examine.
     pub model: &'a Model,
     /// The arguments of the recommended commands.
@@ -62,6 +63,8 @@ pub struct PageSubject<'a> {
     pub pictures: &'a [CellPicture],
     /// The run; `None` for measurements alone.
     pub run: Option<&'a Run>,
+    /// Computes a part of the judgement where threads cannot be had.
+    pub worker: Option<&'static dyn Worker>,
 }
 
 /// A report as one document.

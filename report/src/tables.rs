@@ -3,7 +3,7 @@
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use calibench::identify::calibration::Calibration;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::{OrientationErrors, Validation};
 use calibench::units::{DEG, MM};
 
@@ -160,8 +160,8 @@ const UNBALANCED: f64 = 1.5;
 
 /// States that positions and orientations were weighted in another ratio than that in which they err, where only the orientations
 /// have a stated noise; otherwise empty.
-pub fn weighing_sentence(c: &Calibration, datasets: &[(&str, &Dataset)]) -> String {
-    let stated = datasets.iter().find(|(_, d)| d.noise.point.is_none()).and_then(|(_, d)| d.noise.orientation);
+pub fn weighing_sentence(c: &Calibration, datasets: &[NamedDataset<'_>]) -> String {
+    let stated = datasets.iter().find(|d| d.dataset.noise.point.is_none()).and_then(|d| d.dataset.noise.orientation);
     let (Some(balanced), Some(stated), false) = (c.balanced_orientation(), stated, c.noise_stated) else {
         return String::new();
     };

@@ -11,13 +11,14 @@ use std::sync::Arc;
 use calibench::effects::{Subject, build};
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Adjustment, Model};
-use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::rel_tool::RelTool;
 use calibench::units::{MM, UM};
 use calibench_sim::contact::{DATUM_RADIUS, MASTER_READING};
 use calibench_sim::flaw::{Flaw, Flaws, TrueEffect};
 use calibench_sim::gauge::Gauge;
-use calibench_sim::plant::{AnalyticPlant, BallForm, Parts, Plant, Stand};
+use calibench_sim::mechanics::{BallForm, Parts, Plant, Stand};
+use calibench_sim::plant::AnalyticPlant;
 use calibench_sim::plunger::{PlungerSpec, PresentedBall};
 use calibench_sim::random::{Streams, normal};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -81,8 +82,8 @@ impl<'a> FullTrial<'a> {
             gauge: gauge(&streams).mechanisms(),
         };
         let paper = Model::paper();
-        let problem = Problem::new(&[("w4", &dataset)], &paper, Use::Fit).unwrap();
-        let predicted = Problem::new(&[("w4", &validation)], &paper, Use::All).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("w4", &dataset)], &paper, Use::Fit).unwrap();
+        let predicted = Problem::new(&[NamedDataset::new("w4", &validation)], &paper, Use::All).unwrap();
         assert!(problem.parameters().iter().map(|p| &p.name).eq(predicted.parameters().iter().map(|p| &p.name)));
         let start = problem.start();
         let all: Vec<usize> = (0..start.len()).collect();

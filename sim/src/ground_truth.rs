@@ -4,7 +4,7 @@ use calibench::diagnosis::{Diagnosis, Examination, Finding, Verdict, diagnose_ex
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::{Use, missing};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::units::Unit;
 
 use crate::effect_names::{belongs, family_of, holds, same};
@@ -97,7 +97,7 @@ pub fn ground_truth(
     dataset: &Dataset,
     calibration: &Calibration,
 ) -> Result<GroundTruth, IdentifyError> {
-    let data = [("fit", dataset)];
+    let data = [NamedDataset::new("fit", dataset)];
     let model = &calibration.model;
     let examination = Examination::new(&data, model)?;
     let diagnosis = diagnose_examined(&data, &examination)?;
@@ -128,13 +128,13 @@ pub fn ground_truth(
 /// that these data cannot show.
 fn visible(
     examination: &Examination,
-    data: &[(&str, &Dataset)],
+    data: &[NamedDataset<'_>],
     model: &Model,
     effects: &[&TrueEffect],
 ) -> Result<Vec<Option<f64>>, IdentifyError> {
     let shown = |e: &TrueEffect| {
         let id = e.effect.id();
-        !holds(&model.effects, id) && data.iter().all(|(_, d)| missing(e.effect.as_ref(), d, model, Use::Fit).is_none())
+        !holds(&model.effects, id) && data.iter().all(|d| missing(e.effect.as_ref(), d.dataset, model, Use::Fit).is_none())
     };
     let sought: Vec<(String, Vec<f64>)> =
         effects.iter().filter(|e| shown(e)).map(|e| (e.effect.id().to_owned(), e.sizes.clone())).collect();

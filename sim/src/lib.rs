@@ -15,6 +15,7 @@ pub mod gauge;
 pub mod ground_truth;
 pub mod hidden;
 pub mod locate_error;
+pub mod mechanics;
 mod mismatch;
 pub mod planning;
 pub mod plans;

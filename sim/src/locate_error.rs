@@ -4,8 +4,8 @@ use calibench::files::{FileError, with_reasons};
 use calibench::measure::poses::pool::PoolError;
 use calibench::measure::poses::selection::SelectionError;
 
+use crate::mechanics::PlantError;
 use crate::planning::PlanError;
-use crate::plant::PlantError;
 use crate::run::RunError;
 use crate::scenario::Scenario;
 use crate::session::SessionError;

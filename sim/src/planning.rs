@@ -13,6 +13,7 @@ use calibench::measure::poses::pool::{Candidate, PoolError, PoolRequest, ProbedB
 use calibench::measure::poses::selection::{Quota, Request, select};
 use calibench::measure::poses::ways::{HomeWays, WayRequest, WaysError, plan_ways};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, interleave, interleave_short};
+use calibench::robot::solids::Solid;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,7 +24,7 @@ pub(crate) use pool_design::PoolDesign;
 pub use pool_design::{Chosen, shown};
 pub use tracker_plan::{Tour, TrackerPlan, plan_tracker, tour_without_artifact};
 
-use crate::scenario::{Order, PlanToml, Scenario, ball_body};
+use crate::scenario::{Order, PlanToml, Scenario};
 
 /// A measurement plan.
 #[derive(Debug, Clone)]
@@ -37,13 +38,8 @@ pub struct Plan {
 impl Plan {
     /// Number of probings without reserves.
     pub fn wanted(&self) -> usize {
-        wanted(&self.probing.poses)
+        self.probing.wanted()
     }
-}
-
-/// Number of poses without reserves.
-pub fn wanted(poses: &[PlannedPose]) -> usize {
-    poses.iter().filter(|p| !p.reserve).count()
 }
 
 /// Chooses the probings of a scenario.
@@ -99,7 +95,7 @@ pub fn find_ways(
     poses: &mut [PlannedPose],
 ) -> Result<HomeWays, WaysError> {
     let cell = scenario.dataset();
-    let bodies: Vec<String> = scenario.ball_ids().iter().map(|id| ball_body(id)).collect();
+    let bodies: Vec<String> = scenario.ball_ids().iter().map(|id| Solid::ball_name(id)).collect();
     let surroundings = scenario.surroundings();
     let request = WayRequest { guards, ..WayRequest::of(&cell, &surroundings, seed) };
     plan_ways(request, &bodies, &-retreat(), poses)

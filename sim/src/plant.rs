@@ -5,14 +5,10 @@
 mod analytic;
 mod arm;
 mod parts;
-mod stand;
-
-use std::sync::OnceLock;
 
 pub use analytic::AnalyticPlant;
-pub use parts::Parts;
-pub use stand::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
 
+use crate::mechanics::{Parts, Plant, PlantError};
 use crate::random::Streams;
 use crate::scenario::{PlantKind, Scenario};
 
@@ -35,21 +31,10 @@ pub fn plant(scenario: &Scenario, streams: &Streams, parts: &Parts, session_s: f
     }
 }
 
-/// Builds the plant of a scenario.
-pub type MakePlant = fn(&Scenario, &Streams, &Parts) -> Result<Box<dyn Plant>, PlantError>;
-
-/// The MuJoCo plant is a package of its own, which needs a Python; a program that includes it provides it once.
-static MUJOCO: OnceLock<MakePlant> = OnceLock::new();
-
-/// Registers the provider of `plant = "mujoco"` for this process; only the first call has an effect.
-pub fn provide_mujoco(make: MakePlant) {
-    MUJOCO.get_or_init(|| make);
-}
-
 fn mujoco(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Box<dyn Plant>, PlantError> {
     let absent = || PlantError::Absent {
         plant: "mujoco",
         reason: "this program was built without it; run sim/setup.sh, then build with --features mujoco".into(),
     };
-    MUJOCO.get().ok_or_else(absent)?(scenario, streams, parts)
+    scenario.mujoco.ok_or_else(absent)?(scenario, streams, parts)
 }

@@ -7,7 +7,7 @@ use calibench::identify::problem::Use;
 use calibench::identify::{Model, Prediction, identify, identify_without_indices};
 use calibench::measure::campaign::mastering::Mastering;
 use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord};
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::residuals::Validation;
 use calibench::units::MM;
 use nalgebra::Vector3;
@@ -288,7 +288,7 @@ fn tracker_data(
 }
 
 /// From data and a model to a calibration.
-type Identify = fn(&[(&str, &Dataset)], &Model) -> Result<Calibration, IdentifyError>;
+type Identify = fn(&[NamedDataset<'_>], &Model) -> Result<Calibration, IdentifyError>;
 
 fn by_trical(
     scenario: &Scenario,
@@ -299,7 +299,7 @@ fn by_trical(
     // Distances from an anchor carry no information on balls; a seat gives no readings.
     let by_gauge = matches!(scenario.instrument.kind, InstrumentKind::Trical | InstrumentKind::Offset);
     let model = if by_gauge { scenario.model.clone() } else { shown(&scenario.model, &fit) };
-    let calibration = identify(&[(TRICAL, &fit)], &model)?;
+    let calibration = identify(&[NamedDataset::new(TRICAL, &fit)], &model)?;
     let score = Score::of(&calibration, scenario);
     judged(TRICAL, fit, calibration, score, validation)
 }
@@ -312,7 +312,7 @@ fn by_tracker(
 ) -> Result<(Method, Validation), RunError> {
     // The tracker's points carry no information on balls and indicators.
     let model = shown(&scenario.model, &data);
-    let calibration = identify(&[(TRACKER, &data)], &model)?;
+    let calibration = identify(&[NamedDataset::new(TRACKER, &data)], &model)?;
     let score = Score::of_tracker(&calibration, scenario);
     judged(TRACKER, data, calibration, score, validation)
 }
@@ -325,7 +325,7 @@ fn judged(
     score: Score,
     validation: &Dataset,
 ) -> Result<(Method, Validation), RunError> {
-    let predictions = calibration.predict_beside_nominal(&[("validation", validation)], Use::Validation)?;
+    let predictions = calibration.predict_beside_nominal(&[NamedDataset::new("validation", validation)], Use::Validation)?;
     // The plan has at least one validation pose.
     let errors = |p: &Prediction| Validation::of(p).unwrap_or_else(|| unreachable!("a prediction has samples"));
     let [validation, before] = predictions.each_ref().map(errors);

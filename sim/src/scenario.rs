@@ -25,15 +25,15 @@ use std::sync::Arc;
 use calibench::files::FileError;
 use calibench::identify::Model;
 use calibench::measure::dataset::{Ball, Dataset, Noise};
-use calibench::robot::solids::Surroundings;
+use calibench::robot::solids::{Solid, Surroundings};
 use calibench::robot::statics::Payload;
 use calibench::robot::{FramePose, Robot};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
+use crate::mechanics::MakePlant;
 use crate::tilt::Tilt;
 use bodies::Bodies;
-pub use bodies::ball_body;
 pub use design_keys::DesignToml;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
@@ -86,6 +86,8 @@ pub struct Scenario {
     pub sweep: Option<SweepToml>,
     /// Specification for the design of an artifact.
     pub design: Option<DesignToml>,
+    /// Builds the plant `mujoco`, if the program includes it.
+    pub mujoco: Option<MakePlant<Scenario>>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,
@@ -190,9 +192,15 @@ impl Scenario {
     /// Visible bodies around the arm: all except the balls, which are part of a dataset.
     pub fn scene(&self) -> Surroundings {
         let Surroundings { mut fixed, carried } = self.surroundings();
-        let balls: Vec<String> = self.ball_ids().iter().map(|id| ball_body(id)).collect();
+        let balls: Vec<String> = self.ball_ids().iter().map(|id| Solid::ball_name(id)).collect();
         fixed.retain(|body| !balls.contains(&body.name));
         Surroundings { fixed, carried }
+    }
+
+    /// The same cell with these bodies around the arm, for plans of probings: which of them are removed with the artifact is
+    /// not known.
+    pub fn with_surroundings(&self, bodies: Surroundings) -> Scenario {
+        Scenario { bodies: Bodies::permanent(bodies), ..self.clone() }
     }
 
     /// Bodies that remain when the artifact has been removed.

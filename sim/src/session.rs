@@ -18,9 +18,9 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::gauge::Gauge;
+use crate::mechanics::{Parts, PlantError};
 use crate::planning::{Tour, tour_without_artifact};
 use crate::plans::Plans;
-use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
 use crate::rival::{Distances, Seat};
 use crate::scenario::{InstrumentKind, Scenario};

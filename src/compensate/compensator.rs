@@ -123,7 +123,7 @@ impl Compensated {
 /// use calibench::compensate::conditions::Conditions;
 /// use calibench::compensate::{Compensator, Desired, Target, Task};
 /// use calibench::identify::{Model, identify};
-/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 /// use calibench::robot::kinematics::world_from_tool;
 /// use calibench::robot::{FramePose, built_in};
 /// use calibench::units::{MM, UM};
@@ -141,7 +141,7 @@ impl Compensated {
 /// let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
 /// let (robot, samples) = (Arc::new(nominal), (0..80).map(sample).collect());
 /// let data = Dataset { robot, base, tool, noise, samples, ..Dataset::default() };
-/// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?;
+/// let calibration = identify(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?;
 ///
 /// // At the compensated joints the arm reaches the nominal pose of the target.
 /// let mut compensator = Compensator::new(&calibration, &Task::default())?;

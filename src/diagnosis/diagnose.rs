@@ -6,7 +6,7 @@ use super::judgement::judged;
 use super::{Diagnosis, Scatter, all_aside};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise::{Suspect, suspects_of};
 
 /// Finds the effect that `model` is missing, from the rows of set `fit`.
@@ -16,7 +16,7 @@ use crate::residuals::noise::{Suspect, suspects_of};
 ///
 /// use calibench::diagnosis::{Verdict, diagnose};
 /// use calibench::identify::Model;
-/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 /// use calibench::robot::kinematics::world_from_tool;
 /// use calibench::robot::{FramePose, built_in};
 /// use calibench::units::{UM, URAD};
@@ -36,7 +36,7 @@ use crate::residuals::noise::{Suspect, suspects_of};
 /// let noise = Noise { point: Some(6.0 * UM), ..Noise::default() };
 /// let data = Dataset { robot: robot.clone(), base, tool, noise, samples, ..Dataset::default() };
 ///
-/// let diagnosis = diagnose(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// let diagnosis = diagnose(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame"]))?;
 /// assert_eq!(diagnosis.verdict, Verdict::Identified);
 /// assert_eq!(diagnosis.set95, ["joint_scale:1"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,7 +44,7 @@ use crate::residuals::noise::{Suspect, suspects_of};
 ///
 /// # Errors
 /// When the data do not fit the model, or do not determine the unknowns.
-pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosis, IdentifyError> {
+pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosis, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     diagnose_examined(datasets, &examination)
 }
@@ -56,7 +56,7 @@ pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosi
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
+pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = judged(datasets, examination)?;
     let suspects = suspects_of(datasets, &examination.problem, &examination.fit);
     if suspects.is_empty() {

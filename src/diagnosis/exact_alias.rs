@@ -2,14 +2,14 @@
 
 use crate::effects::{self, EffectId};
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 
 /// Returns the other effects that are exactly aliased with `effect` in the fitted rows of `datasets`; empty if there
 /// are none.
 ///
 /// If only balls are measured, a motion of the base is the opposite motion of the artifact. If a ball is probed only
 /// once, or only once after it was knocked, an outlier at that sample is the same as a displacement of the ball.
-pub fn exact_aliases(effect: &str, datasets: &[(&str, &Dataset)]) -> Vec<String> {
+pub fn exact_aliases(effect: &str, datasets: &[NamedDataset<'_>]) -> Vec<String> {
     let id = EffectId::new(effect);
     let with = |family: &str| id.rest().map_or(family.to_owned(), |rest| format!("{family}:{rest}"));
     match id.family() {
@@ -24,16 +24,16 @@ pub fn exact_aliases(effect: &str, datasets: &[(&str, &Dataset)]) -> Vec<String>
     }
 }
 
-fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = (&'d Dataset, &'d Sample)> {
-    datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (*d, s)))
+fn fitted<'d>(datasets: &'d [NamedDataset<'d>]) -> impl Iterator<Item = (&'d Dataset, &'d Sample)> {
+    datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d.dataset, s)))
 }
 
-fn only_balls(datasets: &[(&str, &Dataset)]) -> bool {
+fn only_balls(datasets: &[NamedDataset<'_>]) -> bool {
     fitted(datasets).all(|(_, s)| matches!(s.measured, Measured::Ball { .. }))
 }
 
 /// The outlier effect of the only sample of a ball, among those after `time` (s) if given.
-fn alone(datasets: &[(&str, &Dataset)], ball: Option<&str>, time: Option<f64>) -> Vec<String> {
+fn alone(datasets: &[NamedDataset<'_>], ball: Option<&str>, time: Option<f64>) -> Vec<String> {
     let probes = |(d, s): &(&Dataset, &Sample)| match s.measured {
         Measured::Ball { ball: b, .. } => {
             d.balls.get(b).map(|b| b.id.as_str()) == ball && time.is_none_or(|time| s.time_s > Some(time))
@@ -70,17 +70,17 @@ mod tests {
     #[test]
     fn base_and_artifact_are_one_where_only_balls_are_measured() {
         let (balls, mixed) = (data(false), data(true));
-        assert_eq!(exact_aliases("base_step:15", &[("d", &balls)]), ["artifact_step:15"]);
-        assert_eq!(exact_aliases("artifact_step", &[("d", &balls)]), ["base_step"]);
-        assert!(exact_aliases("base_step:15", &[("d", &mixed)]).is_empty());
+        assert_eq!(exact_aliases("base_step:15", &[NamedDataset::new("d", &balls)]), ["artifact_step:15"]);
+        assert_eq!(exact_aliases("artifact_step", &[NamedDataset::new("d", &balls)]), ["base_step"]);
+        assert!(exact_aliases("base_step:15", &[NamedDataset::new("d", &mixed)]).is_empty());
     }
 
     #[test]
     fn a_ball_that_is_probed_once_is_an_outlier() {
         let data = data(false);
-        assert_eq!(exact_aliases("ball:b:2", &[("d", &data)]), ["outlier:p3"]);
-        assert!(exact_aliases("ball:a", &[("d", &data)]).is_empty());
-        assert_eq!(exact_aliases("ball_step:a:15", &[("d", &data)]), ["outlier:p2"]);
-        assert!(exact_aliases("ball_step:a:5", &[("d", &data)]).is_empty());
+        assert_eq!(exact_aliases("ball:b:2", &[NamedDataset::new("d", &data)]), ["outlier:p3"]);
+        assert!(exact_aliases("ball:a", &[NamedDataset::new("d", &data)]).is_empty());
+        assert_eq!(exact_aliases("ball_step:a:15", &[NamedDataset::new("d", &data)]), ["outlier:p2"]);
+        assert!(exact_aliases("ball_step:a:5", &[NamedDataset::new("d", &data)]).is_empty());
     }
 }

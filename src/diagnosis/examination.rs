@@ -14,7 +14,7 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::fit::{Fit, FitError, Outcome, fit};
 use crate::identify::problem::{Circumstance, Problem, Use};
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::Yardstick;
 use crate::residuals::noise_floor::NoiseFloor;
 
@@ -83,7 +83,7 @@ impl Examination {
     ///
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
@@ -95,7 +95,7 @@ impl Examination {
     /// # Errors
     /// As [`Examination::new`].
     pub(crate) fn within_steps(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         most: usize,
     ) -> Result<Option<Self>, IdentifyError> {
@@ -112,13 +112,13 @@ impl Examination {
     ///
     /// # Errors
     /// When a matrix cannot be factored.
-    pub(crate) fn with_library(self, datasets: &[(&str, &Dataset)]) -> Result<Self, IdentifyError> {
+    pub(crate) fn with_library(self, datasets: &[NamedDataset<'_>]) -> Result<Self, IdentifyError> {
         let Examination { model, problem, fit, yardstick, .. } = self;
         Examination::of(datasets, &model, (problem, fit), Library::new(datasets, &model), yardstick)
     }
 
     /// Adds the columns of every candidate of the library to a fit.
-    fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
+    fn fitted(datasets: &[NamedDataset<'_>], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
         Examination::of(datasets, model, (problem, fit), Library::new(datasets, model), yardstick)
     }
@@ -128,7 +128,7 @@ impl Examination {
     /// # Errors
     /// As [`Examination::new`].
     pub(crate) fn with(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         candidates: Vec<Candidate>,
     ) -> Result<Self, IdentifyError> {
@@ -145,7 +145,7 @@ impl Examination {
     /// # Errors
     /// When the poses do not determine the model.
     pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
-        let datasets = [("plan", planned)];
+        let datasets = [NamedDataset::new("plan", planned)];
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
         let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
@@ -159,7 +159,7 @@ impl Examination {
     }
 
     /// As this examination, with the same fit but other candidates.
-    pub(crate) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
+    pub(crate) fn beside(&self, datasets: &[NamedDataset<'_>], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
@@ -167,7 +167,7 @@ impl Examination {
     }
 
     fn of(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         (problem, fit): (Problem, Fit),
         library: Library,
@@ -253,7 +253,7 @@ impl Examination {
     }
 
     /// Returns the fit as a calibration.
-    pub fn calibration(&self, datasets: &[(&str, &Dataset)]) -> Calibration {
+    pub fn calibration(&self, datasets: &[NamedDataset<'_>]) -> Calibration {
         Calibration::of(datasets, &self.model, &self.problem, &self.fit)
     }
 
@@ -315,7 +315,7 @@ impl Examination {
     /// When an id does not fit the data.
     pub fn visible_rms(
         &self,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         effects: &[(String, Vec<f64>)],
     ) -> Result<Vec<f64>, IdentifyError> {
         let candidates = effects.iter().map(|(id, _)| Candidate { id: id.clone(), family: id.clone() });
@@ -338,7 +338,7 @@ impl Examination {
     /// When an id does not fit the data.
     pub fn imitators(
         &self,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         (id, sizes): (&str, &[f64]),
         more: &[String],
     ) -> Result<Vec<(String, f64)>, IdentifyError> {

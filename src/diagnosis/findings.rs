@@ -11,7 +11,7 @@ use super::hypotheses::Hypothesis;
 use super::{Contribution, Finding, FoundParameter};
 use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::fisher_chance;
 
 /// Two effects are near-aliases if one leaves less than this share of what the other explains.
@@ -36,7 +36,7 @@ const FREE: f64 = 1e3;
 
 /// Examines hypotheses side by side; the candidates of `close` are these hypotheses, in this order.
 pub(crate) fn findings(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     close: &Examination,
     hypotheses: &[Hypothesis],
     tests: usize,

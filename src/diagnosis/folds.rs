@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Examination;
 use crate::identify::problem::{Circumstance, Use};
-use crate::measure::dataset::{Dataset, Measured};
+use crate::measure::dataset::{Measured, NamedDataset};
 use crate::measure::poses::Postures;
 pub(crate) use crate::residuals::misfit::reach;
 
@@ -120,10 +120,11 @@ pub(crate) fn postures(circumstances: &[Circumstance]) -> Postures {
 const ONE_PLACE: f64 = 0.1;
 
 /// Returns the place of each sample's ball; balls that are near each other share one.
-pub(crate) fn places_of_balls(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Vec<Option<usize>> {
+pub(crate) fn places_of_balls(examination: &Examination, datasets: &[NamedDataset<'_>]) -> Vec<Option<usize>> {
     let reach = reach(examination.problem.robot());
     let mut known: Vec<Vector3<f64>> = Vec::new();
-    let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d, s)));
+    let rows =
+        datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d.dataset, s)));
     rows.map(|(d, s)| match s.measured {
         Measured::Ball { ball, .. } => {
             let at = d.balls[ball].position;
@@ -138,7 +139,7 @@ pub(crate) fn places_of_balls(examination: &Examination, datasets: &[(&str, &Dat
 }
 
 /// Place of each sample's ball, counted from 0; `None` if some sample has none, or there is only one place.
-pub(crate) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Option<Vec<usize>> {
+pub(crate) fn places(examination: &Examination, datasets: &[NamedDataset<'_>]) -> Option<Vec<usize>> {
     let places: Option<Vec<usize>> = places_of_balls(examination, datasets).into_iter().collect();
     places.filter(|p| p.iter().any(|&place| place > 0))
 }

@@ -14,7 +14,7 @@ use super::library::{Candidate, Untestable};
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::chi2_chance;
 use crate::residuals::{noise_left, unexplained};
 
@@ -74,7 +74,7 @@ struct Shortlist {
 
 impl Shortlist {
     /// Selects from `all`, which is sorted with the most credible first.
-    fn of(datasets: &[(&str, &Dataset)], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
+    fn of(datasets: &[NamedDataset<'_>], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
         let set = credible(all).clamp(SHORTLIST, 2 * SHORTLIST).min(all.len());
         let mut places: Vec<usize> = (0..set).collect();
         let mut plain: Vec<usize> = (0..all.len()).collect();
@@ -101,7 +101,7 @@ impl Shortlist {
 
     /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
     /// out at any size.
-    fn surely_unbelievable(&self, datasets: &[(&str, &Dataset)], tests: usize) -> Vec<(String, f64)> {
+    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Vec<(String, f64)> {
         let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
         let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
         let told = self.unbelievable().filter(|(_, h)| is_sure(h));
@@ -122,7 +122,7 @@ fn credible(all: &[Hypothesis]) -> usize {
 
 /// Evidence from the data, before it is judged.
 struct Evidence<'a> {
-    datasets: &'a [(&'a str, &'a Dataset)],
+    datasets: &'a [NamedDataset<'a>],
     examination: &'a Examination,
     background: Background,
     heat_map: HeatMap,
@@ -146,7 +146,7 @@ struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    fn new(datasets: &'a [(&'a str, &'a Dataset)], examination: &'a Examination) -> Result<Self, IdentifyError> {
+    fn new(datasets: &'a [NamedDataset<'a>], examination: &'a Examination) -> Result<Self, IdentifyError> {
         let background = Background::new(examination)?;
         let (mut all, mut untestable) = hypotheses(examination, &background);
         untestable.splice(0..0, examination.library.untestable.iter().cloned());
@@ -354,7 +354,7 @@ impl<'a> Evidence<'a> {
 }
 
 /// Diagnosis of an examination, without excluding any suspects.
-pub(crate) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
+pub(crate) fn judged(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     Ok(Evidence::new(datasets, examination)?.diagnosis())
 }
 

@@ -7,7 +7,7 @@ use crate::effects::family::{Family, Scan};
 use crate::effects::{Effect, EffectId};
 use crate::identify::Model;
 use crate::identify::problem::{Use, missing};
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use crate::robot::Robot;
 
 /// An effect of fixed shape that may be missing.
@@ -50,11 +50,11 @@ pub struct Library {
 
 impl Library {
     /// Lists the candidates for one robot measured in `datasets`, except those that `model` contains.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Self {
+    pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Self {
         let mut library = Library::default();
-        let Some((_, first)) = datasets.first() else { return library };
+        let Some(first) = datasets.first().map(|d| d.dataset) else { return library };
         let balls = first.ball_ids();
-        library.balls = if datasets.iter().all(|(_, d)| d.ball_ids() == balls) { balls.clone() } else { Vec::new() };
+        library.balls = if datasets.iter().all(|d| d.dataset.ball_ids() == balls) { balls.clone() } else { Vec::new() };
         library.other_targets = fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. }));
         let subject = model.subject(&first.robot, &balls);
         let not_in = |f: &&Family| !model.effects.iter().any(|e| EffectId::new(e).family() == f.id);
@@ -83,7 +83,7 @@ impl Library {
         let ids = effects::registry::ids(&subject)
             .into_iter()
             .chain(gear_ripple(&cell.robot))
-            .filter(|id| is_offered(id, model, &[("", cell)]));
+            .filter(|id| is_offered(id, model, &[NamedDataset::new("", cell)]));
         let ids = ids.filter_map(|id| candidate(id, model));
         Library { candidates: ids.collect(), balls: balls.clone(), ..Library::default() }
     }
@@ -96,8 +96,8 @@ impl Library {
 
 /// Testable effects whose order or moment is found by a scan: those with an order at `order` (periods per turn), those
 /// with a moment at `moment` (s since the session began), if given.
-pub(crate) fn scanned_at(datasets: &[(&str, &Dataset)], model: &Model, order: &str, moment: Option<&str>) -> Vec<Candidate> {
-    let Some((_, first)) = datasets.first() else { return Vec::new() };
+pub(crate) fn scanned_at(datasets: &[NamedDataset<'_>], model: &Model, order: &str, moment: Option<&str>) -> Vec<Candidate> {
+    let Some(first) = datasets.first().map(|d| d.dataset) else { return Vec::new() };
     let balls = first.ball_ids();
     let subject = model.subject(&first.robot, &balls);
     let of_family = |family: &'static Family| match (family.scan, moment) {
@@ -114,25 +114,25 @@ pub(crate) fn scanned_at(datasets: &[(&str, &Dataset)], model: &Model, order: &s
 }
 
 /// The samples that are fitted.
-fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = &'d Sample> {
-    datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)))
+fn fitted<'d>(datasets: &'d [NamedDataset<'d>]) -> impl Iterator<Item = &'d Sample> {
+    datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)))
 }
 
 /// True if a diagnosis of these data considers an effect unprompted.
-fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
+fn is_offered(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> bool {
     match model.family(id).map_or(Offered::Always, |f| f.offered) {
         Offered::Always | Offered::AsWholeToo => true,
         Offered::BesideOtherTargets => fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. })),
-        Offered::WithoutPayload => datasets.iter().all(|(_, d)| d.payloads.iter().all(|p| p.mass == 0.0)),
-        Offered::WithoutMasses => datasets.iter().all(|(_, d)| !d.robot.has_masses()),
+        Offered::WithoutPayload => datasets.iter().all(|d| d.dataset.payloads.iter().all(|p| p.mass == 0.0)),
+        Offered::WithoutMasses => datasets.iter().all(|d| !d.dataset.robot.has_masses()),
         Offered::ToLogs => {
             fitted(datasets).next().is_some()
                 && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
         }
         // Of a free tool, they are free in any case.
-        Offered::ToOrientations => datasets.iter().any(|(_, d)| {
+        Offered::ToOrientations => datasets.iter().any(|d| {
             let oriented = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
-            !d.tool_free && d.weighs_orientations() && d.samples.iter().any(oriented)
+            !d.dataset.tool_free && d.dataset.weighs_orientations() && d.dataset.samples.iter().any(oriented)
         }),
         Offered::ByName => false,
     }
@@ -153,6 +153,6 @@ fn candidate(id: String, model: &Model) -> Option<Candidate> {
 }
 
 /// The data that an effect lacks in any of the datasets.
-pub(crate) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
-    datasets.iter().find_map(|(_, d)| missing(effect, d, model, Use::Fit))
+pub(crate) fn missing_somewhere(effect: &dyn Effect, datasets: &[NamedDataset<'_>], model: &Model) -> Option<&'static str> {
+    datasets.iter().find_map(|d| missing(effect, d.dataset, model, Use::Fit))
 }

@@ -2,7 +2,7 @@
 
 use super::Examination;
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::measure::poses::Postures;
 use crate::residuals::noise::{JointSteps, RepeatScatter, SerialCorrelation, Suspect, rows};
 use crate::residuals::noise_floor::{NoiseFloor, NoiseSource, chi2_chance, fisher_chance};
@@ -33,14 +33,14 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    pub(crate) fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
+    pub(crate) fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Self {
         let (problem, fit) = (&examination.problem, &examination.fit);
         let noise = examination.yardstick.noise.clone();
         let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
         let rows = rows(problem, &fit.values);
         let repeats = noise.replicates.is_some().then(|| {
             let samples: Vec<&Sample> =
-                datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
+                datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
             RepeatScatter::of(&SeenSample::all(problem, &fit.values, &samples, datasets))
         });
         Scatter {

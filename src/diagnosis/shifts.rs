@@ -12,7 +12,7 @@ use super::library::{Candidate, Library, Untestable, scanned_at};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Prior, Use};
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::units::Unit;
 
 /// Order, in periods per turn, assumed in the table for effects whose order is found by a diagnosis: the slowest one
@@ -61,7 +61,7 @@ impl Shifts {
     ///
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
-    pub fn of(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+    pub fn of(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let Library { mut candidates, untestable, .. } = Library::new(datasets, model);
         let middle = middle_s(datasets).map(|t| format!("{t:.0}"));
         for candidate in scanned_at(datasets, model, SLOWEST_ORDER, middle.as_deref()) {
@@ -115,8 +115,8 @@ pub fn shift_of(numbers: &[Shift], k: usize) -> f64 {
 }
 
 /// Middle of the measurement time of the fitted samples, s; `None` if any of them has no time.
-fn middle_s(datasets: &[(&str, &Dataset)]) -> Option<f64> {
-    let fitted = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
+fn middle_s(datasets: &[NamedDataset<'_>]) -> Option<f64> {
+    let fitted = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)));
     let times = fitted.map(|s: &Sample| s.time_s).collect::<Option<Vec<f64>>>()?;
     let (first, last) = (times.iter().copied().reduce(f64::min)?, times.iter().copied().reduce(f64::max)?);
     Some(0.5 * (first + last))

@@ -3,7 +3,7 @@
 use crate::effects::EffectId;
 use crate::effects::facts::Unphysical;
 use crate::identify::calibration::{Calibration, Estimate};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::units::Unit;
 
 /// Number of standard deviations by which a value must exceed the possible range.
@@ -28,8 +28,8 @@ pub struct Symptom {
 
 impl Symptom {
     /// Finds the values of a calibration that are impossible by more than two one-sigmas.
-    pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Vec<Self> {
-        let heaviest = datasets.iter().flat_map(|(_, d)| d.payloads.iter().map(|p| p.mass)).fold(0.0, f64::max);
+    pub fn of(calibration: &Calibration, datasets: &[NamedDataset<'_>]) -> Vec<Self> {
+        let heaviest = datasets.iter().flat_map(|d| d.dataset.payloads.iter().map(|p| p.mass)).fold(0.0, f64::max);
         let symptom = |e: &Estimate| {
             let family = calibration.model.family(&e.effect)?;
             let unphysical = family.physical.violated(e.value, BEYOND * e.sigma, heaviest)?;

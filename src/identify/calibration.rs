@@ -18,7 +18,7 @@ use super::prediction::{Application, Prediction};
 use super::problem::UNSTATED_SIGMA;
 use super::problem::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::math::Observability;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::robot::statics::Payload;
 use crate::robot::{FramePose, Robot};
 use crate::units::Unit;
@@ -180,14 +180,14 @@ impl Calibration {
     /// by noise alone where the residuals do not tell.
     ///
     /// [`identify`]: super::identify
-    pub fn of(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem, fit: &Fit) -> Self {
+    pub fn of(datasets: &[NamedDataset<'_>], model: &Model, problem: &Problem, fit: &Fit) -> Self {
         let covariance = covariance_with_model_error(problem, fit).unwrap_or_else(|_| fit.covariance.clone());
         Calibration::with_covariance(datasets, model, problem, fit, &covariance)
     }
 
     /// Converts a fit to a calibration, the errors of the kept parameters (SI) having the second moments `covariance`.
     pub fn with_covariance(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         problem: &Problem,
         fit: &Fit,
@@ -209,7 +209,7 @@ impl Calibration {
             fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
         Calibration {
             robot: problem.robot().clone(),
-            robot_reference: datasets.first().map(|(_, d)| d.robot_reference.clone()).unwrap_or_default(),
+            robot_reference: datasets.first().map(|d| d.dataset.robot_reference.clone()).unwrap_or_default(),
             model: model.clone(),
             estimates,
             correlation,
@@ -227,9 +227,9 @@ impl Calibration {
             noise_stated: fit.noise_stated,
             iterations: fit.iterations,
             joint_ranges: problem.joint_ranges(),
-            dataset_hashes: datasets.iter().map(|(_, d)| d.hash.clone()).collect(),
+            dataset_hashes: datasets.iter().map(|d| d.dataset.hash.clone()).collect(),
             fitted_rows: FittedRows::of(datasets),
-            absolute_accuracy: datasets.iter().find_map(|(_, d)| d.absolute_accuracy),
+            absolute_accuracy: datasets.iter().find_map(|d| d.dataset.absolute_accuracy),
             fleet_robots: None,
         }
     }
@@ -261,7 +261,7 @@ impl Calibration {
     /// use calibench::identify::problem::Use;
     /// use calibench::identify::{Model, identify};
     /// use calibench::math::rms;
-    /// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+    /// # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
     /// # use calibench::robot::kinematics::world_from_tool;
     /// # use calibench::robot::{FramePose, built_in};
     /// use calibench::units::MM;
@@ -277,16 +277,16 @@ impl Calibration {
     /// # let data = Dataset { robot: robot.clone(), noise, samples, ..Dataset::default() };
     ///
     /// // A UR5 whose base is 1 mm from where it is stated to be.
-    /// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
-    /// let before = calibration.nominal().predict(&[("campaign", &data)], Use::Fit)?;
-    /// let after = calibration.predict(&[("campaign", &data)], Use::Fit)?;
+    /// let calibration = identify(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame"]))?;
+    /// let before = calibration.nominal().predict(&[NamedDataset::new("campaign", &data)], Use::Fit)?;
+    /// let after = calibration.predict(&[NamedDataset::new("campaign", &data)], Use::Fit)?;
     /// assert!((rms(&before.residuals) - 1.0 * MM).abs() < 1e-9 && rms(&after.residuals) < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
     /// When the data are of another robot, do not fit the model, or do not determine the set-up.
-    pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
+    pub fn predict(&self, datasets: &[NamedDataset<'_>], which: Use) -> Result<Prediction, IdentifyError> {
         Ok(self.apply(datasets, which)?.prediction())
     }
 
@@ -294,7 +294,7 @@ impl Calibration {
     ///
     /// # Errors
     /// As [`Calibration::predict`].
-    pub fn predict_beside_nominal(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<[Prediction; 2], IdentifyError> {
+    pub fn predict_beside_nominal(&self, datasets: &[NamedDataset<'_>], which: Use) -> Result<[Prediction; 2], IdentifyError> {
         let nominal = self.nominal();
         let applied = self.apply(datasets, which)?;
         // A set-up fitted to these data is another one under the nominal robot.
@@ -309,14 +309,14 @@ impl Calibration {
     ///
     /// # Errors
     /// As [`Calibration::predict`].
-    pub fn apply(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Application, IdentifyError> {
-        if let Some((_, other)) = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&self.robot)) {
+    pub fn apply(&self, datasets: &[NamedDataset<'_>], which: Use) -> Result<Application, IdentifyError> {
+        if let Some(NamedDataset { dataset: other, .. }) = datasets.iter().find(|d| !d.dataset.robot.is_same_arm(&self.robot)) {
             return Err(IdentifyError::OtherRobot { calibrated: self.robot.name.clone(), measured: other.robot.name.clone() });
         }
         let mut problem = Problem::new(datasets, &self.model, which)?;
         let (mut values, mut unseen) = self.values_for(&problem);
         let mut from_fit_rows = Vec::new();
-        let has_fit_rows = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| Use::Fit.takes(s)));
+        let has_fit_rows = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| Use::Fit.takes(s)));
         if which == Use::Validation && has_fit_rows && !unseen.is_empty() {
             let fitting = Problem::new(datasets, &self.model, Use::Fit)?;
             let (start, sought) = self.values_for(&fitting);
@@ -367,8 +367,8 @@ fn estimate(parameter: &Parameter, fit: &Fit, p: usize, sigma: f64) -> Estimate 
 }
 
 /// A set-up, with the payloads of its dataset.
-fn measured_setup(setup: &Setup, datasets: &[(&str, &Dataset)]) -> MeasuredSetup {
-    let dataset = datasets.iter().find(|(name, _)| *name == setup.dataset);
+fn measured_setup(setup: &Setup, datasets: &[NamedDataset<'_>]) -> MeasuredSetup {
+    let dataset = datasets.iter().find(|d| d.name == setup.dataset);
     MeasuredSetup {
         label: setup.label.clone(),
         dataset: setup.dataset.clone(),
@@ -376,7 +376,7 @@ fn measured_setup(setup: &Setup, datasets: &[(&str, &Dataset)]) -> MeasuredSetup
         base: setup.start,
         tool: setup.tool,
         gravity: setup.gravity,
-        payloads: dataset.map(|(_, d)| d.payloads.clone()).unwrap_or_default(),
+        payloads: dataset.map(|d| d.dataset.payloads.clone()).unwrap_or_default(),
         duration_s: setup.duration_s,
     }
 }

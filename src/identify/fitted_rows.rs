@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use super::problem::Use;
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 
 /// Largest number of digests kept: a random sample of the rows.
 const KEPT: usize = 2048;
@@ -32,8 +32,8 @@ pub struct FittedRows(Vec<u64>);
 
 impl FittedRows {
     /// The sketch of the rows of set `fit`.
-    pub fn of(datasets: &[(&str, &Dataset)]) -> Self {
-        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
+    pub fn of(datasets: &[NamedDataset<'_>]) -> Self {
+        let rows = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)));
         let mut digests: Vec<u64> = rows.filter_map(digest).collect();
         if digests.len() > KEPT {
             digests.select_nth_unstable(KEPT - 1);
@@ -49,20 +49,20 @@ impl FittedRows {
     /// ```
     /// use calibench::identify::FittedRows;
     /// use calibench::identify::problem::Use;
-    /// use calibench::measure::dataset::{Dataset, Measured, Sample};
+    /// use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
     /// use calibench::nalgebra::Vector3;
     ///
     /// let point = |k: usize| Measured::Point(Vector3::new(0.5, 0.0, 0.01 * k as f64));
     /// let row = |k: usize| Sample::new(format!("p{k}"), vec![0.1 * k as f64; 6], point(k));
     /// let fitted = Dataset { samples: (0..20).map(row).collect(), ..Dataset::default() };
     /// let judged = Dataset { samples: (15..20).chain(30..45).map(row).collect(), ..Dataset::default() };
-    /// let rows = FittedRows::of(&[("fitted", &fitted)]);
-    /// assert_eq!(rows.share(&[("judged", &judged)], Use::All), Some(0.25));
+    /// let rows = FittedRows::of(&[NamedDataset::new("fitted", &fitted)]);
+    /// assert_eq!(rows.share(&[NamedDataset::new("judged", &judged)], Use::All), Some(0.25));
     /// ```
-    pub fn share(&self, datasets: &[(&str, &Dataset)], which: Use) -> Option<f64> {
+    pub fn share(&self, datasets: &[NamedDataset<'_>], which: Use) -> Option<f64> {
         let is_whole = self.0.len() < KEPT;
         let last = if is_whole { MASK } else { self.0[KEPT - 1] };
-        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s)));
+        let rows = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s)));
         let (mut seen, mut fitted) = (0, 0);
         for digest in rows.filter_map(digest).filter(|digest| *digest <= last) {
             seen += 1;
@@ -124,7 +124,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::measure::dataset::SampleSet;
+    use crate::measure::dataset::{Dataset, SampleSet};
 
     fn rows(from: usize, to: usize, set: SampleSet) -> Dataset {
         let row = |k: usize| {
@@ -137,13 +137,14 @@ mod tests {
     #[test]
     fn rows_are_recognised_under_another_name() {
         for count in [20, KEPT - 1, KEPT, KEPT + 1, 12_000] {
-            let fitted = FittedRows::of(&[("a", &rows(0, count, SampleSet::Fit))]);
-            let share =
-                |from: usize, to: usize| fitted.share(&[("b", &rows(from, to, SampleSet::Validation))], Use::Validation);
+            let fitted = FittedRows::of(&[NamedDataset::new("a", &rows(0, count, SampleSet::Fit))]);
+            let share = |from: usize, to: usize| {
+                fitted.share(&[NamedDataset::new("b", &rows(from, to, SampleSet::Validation))], Use::Validation)
+            };
             assert_eq!((share(0, count), share(count, 3 * count)), (Some(1.0), Some(0.0)), "{count}");
             let half = share(count / 2, count / 2 + count).expect("told");
             assert!((half - 0.5).abs() < 0.05, "{count}: {half}");
-            let others = |from: usize, to: usize| FittedRows::of(&[("b", &rows(from, to, SampleSet::Fit))]);
+            let others = |from: usize, to: usize| FittedRows::of(&[NamedDataset::new("b", &rows(from, to, SampleSet::Fit))]);
             assert!(fitted.meets(&others(0, count / 2)) && !fitted.meets(&others(count, 2 * count)));
             assert_eq!(FittedRows::from_text(&fitted.to_text()), Some(fitted.clone()), "{count}");
         }
@@ -156,9 +157,9 @@ mod tests {
     /// Of 12,000 rows a sixth are kept: three rows say nothing, and none are said of a calibration that knows no rows.
     #[test]
     fn what_cannot_be_told_is_not_told() {
-        let fitted = FittedRows::of(&[("a", &rows(0, 12_000, SampleSet::Fit))]);
-        assert_eq!(fitted.share(&[("b", &rows(0, 3, SampleSet::Fit))], Use::All), None);
-        assert_eq!(FittedRows::default().share(&[("b", &rows(0, 9, SampleSet::Fit))], Use::All), None);
+        let fitted = FittedRows::of(&[NamedDataset::new("a", &rows(0, 12_000, SampleSet::Fit))]);
+        assert_eq!(fitted.share(&[NamedDataset::new("b", &rows(0, 3, SampleSet::Fit))], Use::All), None);
+        assert_eq!(FittedRows::default().share(&[NamedDataset::new("b", &rows(0, 9, SampleSet::Fit))], Use::All), None);
         assert_eq!(fitted.share(&[], Use::All), None);
     }
 

@@ -5,7 +5,7 @@ use super::calibration::{Calibration, IdentifyError};
 use super::fit::{covariance_with_model_error, fit};
 use super::problem::{Problem, Use};
 use crate::math::rms;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::units::MM;
 
 /// Relative difference of the residual allowed for a calibration as read back.
@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-12;
 /// use std::sync::Arc;
 ///
 /// use calibench::identify::{Model, identify};
-/// use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 /// use calibench::robot::kinematics::world_from_tool;
 /// use calibench::robot::{FramePose, built_in};
 /// use calibench::units::{MM, UM};
@@ -36,7 +36,7 @@ const ROUNDING: f64 = 1e-12;
 /// let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
 /// let data = Dataset { robot: robot.clone(), base: believed, noise, samples, ..Dataset::default() };
 ///
-/// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// let calibration = identify(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame"]))?;
 /// let base_z = calibration.estimate("base_z").ok_or("fitted")?;
 /// assert!((base_z.value + 1.0 * MM).abs() < base_z.sigma && base_z.sigma < 0.02 * MM);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,7 +44,7 @@ const ROUNDING: f64 = 1e-12;
 ///
 /// # Errors
 /// When data and model do not match, or do not determine the unknowns.
-pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
+pub fn identify(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Calibration, IdentifyError> {
     identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?)
 }
 
@@ -53,11 +53,11 @@ pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibrat
 ///
 /// # Errors
 /// As [`identify`].
-pub fn identify_without_indices(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
+pub fn identify_without_indices(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Calibration, IdentifyError> {
     identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?.without_indices())
 }
 
-fn identified(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem) -> Result<Calibration, IdentifyError> {
+fn identified(datasets: &[NamedDataset<'_>], model: &Model, problem: &Problem) -> Result<Calibration, IdentifyError> {
     let fit = fit(problem)?;
     let covariance = covariance_with_model_error(problem, &fit)?;
     let calibration = Calibration::with_covariance(datasets, model, problem, &fit, &covariance);
@@ -73,7 +73,7 @@ impl Calibration {
     ///
     /// # Errors
     /// [`IdentifyError::Inconsistent`]; as [`Calibration::predict`].
-    pub fn check_residual(&self, datasets: &[(&str, &Dataset)], read: &Calibration) -> Result<(), IdentifyError> {
+    pub fn check_residual(&self, datasets: &[NamedDataset<'_>], read: &Calibration) -> Result<(), IdentifyError> {
         self.check_rms(rms(&read.predict(datasets, Use::Fit)?.residuals))
     }
 

@@ -221,6 +221,22 @@ impl Orientation {
     }
 }
 
+/// A dataset with the name by which results speak of it: its folder, or what it is for.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedDataset<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its measurements.
+    pub dataset: &'a Dataset,
+}
+
+impl<'a> NamedDataset<'a> {
+    /// Calls `dataset` by this name.
+    pub fn new(name: &'a str, dataset: &'a Dataset) -> Self {
+        NamedDataset { name, dataset }
+    }
+}
+
 impl Default for Dataset {
     /// An empty dataset with standard gravity.
     fn default() -> Self {

@@ -12,7 +12,6 @@ use crate::measure::campaign::journal::JournalSession;
 use crate::measure::campaign::mastering::{Attendant, master, still_mastered};
 use crate::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayRequest, Whereabouts, whereabouts};
 use crate::measure::poses::{PlannedPose, ProbingPlan};
-use crate::robot::solids::Surroundings;
 use crate::units::{DEG, MM};
 
 /// Seed of the search for a way home: the same position gives the same way.
@@ -83,12 +82,12 @@ pub struct FirstMotion {
 }
 
 impl FirstMotion {
-    /// Finds the motion from joints `q` (rad); nothing moves. `bodies` stand around the arm, if they are known: among them a
-    /// path home is searched for where the arm is on no motion of the plan.
+    /// Finds the motion from joints `q` (rad); nothing moves. Where the arm is on no motion of the plan, a path home is searched
+    /// for among the bodies of the cell.
     ///
     /// # Errors
     /// If no clear path is known from there.
-    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64], bodies: Option<&Surroundings>) -> Result<Self, StartError> {
+    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<Self, StartError> {
         let model = &cell.dataset;
         let arm = (&*model.robot, &model.base, &model.tool);
         match (whereabouts(&plan.poses, plan.ways.as_ref(), arm, q), &plan.ways) {
@@ -106,7 +105,7 @@ impl FirstMotion {
                 words: None,
                 is_off_a_ball: false,
             }),
-            (Whereabouts::Unknown, Some(ways)) => path_home(cell, ways, q, bodies),
+            (Whereabouts::Unknown, Some(ways)) => path_home(cell, ways, q),
             (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
                 let words = "The plan contains no ways: nothing is known of what the arm may touch between its poses.";
                 Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()), is_off_a_ball: false })
@@ -125,10 +124,10 @@ impl FirstMotion {
 }
 
 /// Plans a path home from a position off all motions of the plan, among the bodies of the cell.
-fn path_home(cell: &Cell, ways: &HomeWays, q: &[f64], bodies: Option<&Surroundings>) -> Result<FirstMotion, StartError> {
+fn path_home(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, StartError> {
     let home: Vec<String> = ways.home.iter().map(|q| format!("{:.1}", q / DEG)).collect();
     let home = home.join(", ");
-    let Some(bodies) = bodies else { return Err(StartError::BodiesUnknown { home }) };
+    let Some(bodies) = &cell.surroundings else { return Err(StartError::BodiesUnknown { file: cell.file.clone(), home }) };
     let request = WayRequest { guards: Some(&cell.guards), ..WayRequest::of(&cell.dataset, bodies, WAY_SEED) };
     match WayFinder::new(request, ways.home.clone()).home_from(q) {
         Ok(way) => Ok(FirstMotion {

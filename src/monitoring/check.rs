@@ -41,7 +41,7 @@ use crate::identify::are_copied;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::math::rms;
-use crate::measure::dataset::{Ball, Dataset, Measured, Sample};
+use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
@@ -206,7 +206,7 @@ impl RobotCheck {
     ///
     /// # Errors
     /// As [`CheckReference::new`] and [`CheckReference::check`].
-    pub fn of(calibration: &Calibration, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+    pub fn of(calibration: &Calibration, then: NamedDataset<'_>, now: NamedDataset<'_>) -> Result<RobotCheck, CheckError> {
         CheckReference::new(calibration, then)?.check(now)
     }
 
@@ -238,7 +238,7 @@ impl RobotCheck {
 /// Reference of a check: a calibration, and the campaign from which it was identified.
 pub struct CheckReference<'a> {
     calibration: &'a Calibration,
-    then: (&'a str, &'a Dataset),
+    then: NamedDataset<'a>,
     noise: ComparisonNoise,
 }
 
@@ -247,12 +247,12 @@ impl<'a> CheckReference<'a> {
     ///
     /// # Errors
     /// When the noise is neither stated nor estimated from repeats, or the data do not belong to the calibration.
-    pub fn new(calibration: &'a Calibration, then: (&'a str, &'a Dataset)) -> Result<Self, CheckError> {
+    pub fn new(calibration: &'a Calibration, then: NamedDataset<'a>) -> Result<Self, CheckError> {
         let reference = CheckReference { calibration, then, noise: noise_of(calibration, then)? };
         if !reference.is_as_calibrated() {
             let left = rms(&calibration.predict(&[then], Use::All)?.residuals);
             // A fit to few samples, or to exact ones, leaves less than the noise of the next.
-            let noise = then.1.noise.point.unwrap_or(0.0) * f64::sqrt(3.0);
+            let noise = then.dataset.noise.point.unwrap_or(0.0) * f64::sqrt(3.0);
             if left > FOREIGN * calibration.rms.hypot(noise) {
                 return Err(CheckError::Foreign { calibrated: calibration.rms, left });
             }
@@ -261,14 +261,14 @@ impl<'a> CheckReference<'a> {
     }
 
     /// The campaign, with its name.
-    pub fn campaign(&self) -> (&'a str, &'a Dataset) {
+    pub fn campaign(&self) -> NamedDataset<'a> {
         self.then
     }
 
     /// True if this is the very campaign that was calibrated, to the last byte of its files.
     pub fn is_as_calibrated(&self) -> bool {
         // A dataset that was never written has no hash.
-        !self.then.1.hash.is_empty() && self.calibration.dataset_hashes.contains(&self.then.1.hash)
+        !self.then.dataset.hash.is_empty() && self.calibration.dataset_hashes.contains(&self.then.dataset.hash)
     }
 
     /// Checks the rows of `now`, in order, against those of the campaign. Both are of the calibration's set-up.
@@ -276,31 +276,31 @@ impl<'a> CheckReference<'a> {
     /// # Errors
     /// When a row has no counterpart, does not belong to the calibration, or is of the campaign itself; when two rows are one
     /// measurement; or when nothing is found at fewer than three poses.
-    pub fn check(&self, now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+    pub fn check(&self, now: NamedDataset<'_>) -> Result<RobotCheck, CheckError> {
         let judging = self.judging(now)?;
-        self.concluded(&judging, now.1)
+        self.concluded(&judging, now.dataset)
     }
 
     /// The same with the smallest changes that the rows of `now` show, whether something has changed or not.
     ///
     /// # Errors
     /// As [`CheckReference::check`].
-    pub fn check_with_power(&self, now: (&str, &Dataset)) -> Result<(RobotCheck, Vec<Shown>), CheckError> {
+    pub fn check_with_power(&self, now: NamedDataset<'_>) -> Result<(RobotCheck, Vec<Shown>), CheckError> {
         let judging = self.judging(now)?;
-        let check = self.concluded(&judging, now.1)?;
+        let check = self.concluded(&judging, now.dataset)?;
         let shown = power::shown(&judging.columns, &judging.evidence, &self.calibration.robot);
         Ok((check, shown))
     }
 
     /// True if something had changed, of a check that was accepted before, however few poses it has.
-    fn has_changed(&self, now: (&str, &Dataset)) -> Result<bool, CheckError> {
+    fn has_changed(&self, now: NamedDataset<'_>) -> Result<bool, CheckError> {
         let Judging { scene, evidence, .. } = self.judging(now)?;
         Ok(evidence.decide(&scene.differences).1)
     }
 
-    fn judging(&self, now: (&str, &Dataset)) -> Result<Judging, CheckError> {
+    fn judging(&self, now: NamedDataset<'_>) -> Result<Judging, CheckError> {
         let scene = self.comparable(now)?;
-        if are_copied(now.1.samples.iter(), self.then.1.samples.iter()) {
+        if are_copied(now.dataset.samples.iter(), self.then.dataset.samples.iter()) {
             return Err(CheckError::Itself);
         }
         let seen: Vec<&Seen> = scene.seen.iter().collect();
@@ -325,22 +325,22 @@ impl<'a> CheckReference<'a> {
     ///
     /// # Errors
     /// When a row has no counterpart, or does not belong to the calibration.
-    pub fn noise(&self, now: (&str, &Dataset)) -> Result<Vec<f64>, CheckError> {
+    pub fn noise(&self, now: NamedDataset<'_>) -> Result<Vec<f64>, CheckError> {
         Ok(self.comparable(now)?.pairs.iter().map(|pair| pair.noise).collect())
     }
 
-    fn comparable(&self, now: (&str, &Dataset)) -> Result<Scene, CheckError> {
-        if !is_set_up_alike(self.then.1, now.1) {
+    fn comparable(&self, now: NamedDataset<'_>) -> Result<Scene, CheckError> {
+        if !is_set_up_alike(self.then.dataset, now.dataset) {
             return Err(CheckError::OtherSetUp);
         }
-        if let Some(other) = other_loads(self.then.1, now.1) {
+        if let Some(other) = other_loads(self.then.dataset, now.dataset) {
             return Err(other);
         }
         self.scene(self.then, now)
     }
 
     /// A comparison under the same noise with more than the campaign.
-    fn scene(&self, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<Scene, CheckError> {
+    fn scene(&self, then: NamedDataset<'_>, now: NamedDataset<'_>) -> Result<Scene, CheckError> {
         Scene::new(self.calibration, &self.noise, then, now)
     }
 }

@@ -16,8 +16,8 @@ use thiserror::Error;
 
 use crate::files::disk::write_whole;
 use crate::files::{FileError, field_error, parse_toml, read_text};
-use crate::measure::dataset::Dataset;
 use crate::measure::dataset::file::read_dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::monitoring::check::charts::Charts;
 use crate::monitoring::check::{CheckError, CheckReference, RobotCheck, rows_again};
 
@@ -231,8 +231,8 @@ impl History {
             let remedy = "the same measurements are not a second check: measure again";
             return Err(FileError::whole(&beside.join(&last.dataset).join("samples.csv"), problem, remedy));
         }
-        let (name, _) = reference.campaign();
-        let checks: Vec<(&str, &Dataset)> = read.iter().chain([now]).map(|dataset| (name, dataset)).collect();
+        let NamedDataset { name, .. } = reference.campaign();
+        let checks: Vec<NamedDataset<'_>> = read.iter().chain([now]).map(|dataset| NamedDataset::new(name, dataset)).collect();
         Ok(Charts::of(reference, &checks))
     }
 }

@@ -38,7 +38,7 @@ use self::tables::Tables;
 use crate::identify::calibration::{Calibration, Estimate, IdentifyError};
 use crate::identify::problem::Use;
 use crate::identify::{Model, RunChange, identify};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::copied::in_both;
 use crate::residuals::noise::{Suspect, suspects};
 
@@ -224,7 +224,7 @@ impl RunsComparison {
     /// When there are not two runs, two are the same, one cannot determine its own set-up, or the data do not fit the model.
     pub fn of(question: RunsQuestion<'_>, observer: &mut dyn FnMut(&str)) -> Result<RunsComparison, RunsError> {
         check(&question)?;
-        let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
+        let named: Vec<NamedDataset<'_>> = question.runs.iter().map(|run| NamedDataset::new(run.name, run.dataset)).collect();
         // As everywhere that residuals are judged.
         let mut model = Model { only_weighed_orientations: true, ..question.model.clone() };
         let mut differences: Vec<Difference> = Vec::new();
@@ -276,10 +276,10 @@ impl RunsComparison {
     }
 
     /// Predicts every run by the robot of the others, and takes the model that does so best.
-    fn leave_out(&mut self, named: &[(&str, &Dataset)], observer: &mut dyn FnMut(&str)) -> Result<(), RunsError> {
+    fn leave_out(&mut self, named: &[NamedDataset<'_>], observer: &mut dyn FnMut(&str)) -> Result<(), RunsError> {
         let mut squares = [[0.0; 2]; 2];
         for (k, run) in self.runs.iter_mut().enumerate() {
-            observer(&format!("predicting {} from the others", named[k].0));
+            observer(&format!("predicting {} from the others", named[k].name));
             let results = [false, true].map(|curves| left_out::left_out(named, &self.model, k, curves));
             if let [Ok(plain), Ok(curved)] = &results {
                 for (sum, errors) in squares.iter_mut().zip([plain, curved]) {
@@ -303,8 +303,8 @@ impl RunsComparison {
     /// # Errors
     /// When the data do not determine the model.
     pub fn calibration(&self, question: RunsQuestion<'_>) -> Result<Calibration, RunsError> {
-        let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
-        let Some((last, _)) = named.last() else { return Err(RunsError::OneRun) };
+        let named: Vec<NamedDataset<'_>> = question.runs.iter().map(|run| NamedDataset::new(run.name, run.dataset)).collect();
+        let Some(NamedDataset { name: last, .. }) = named.last() else { return Err(RunsError::OneRun) };
         let model = changes_shown_by(&self.model, &names(&named));
         let model = Model { only_weighed_orientations: question.model.only_weighed_orientations, ..model };
         let calibration = identify(&named, &model)?;
@@ -319,15 +319,15 @@ impl RunsComparison {
 pub fn set_suspects_aside(runs: &mut [(String, Dataset)], model: &Model) -> Vec<(String, Suspect)> {
     let mut all = Vec::new();
     for (name, dataset) in runs {
-        let Ok(found) = suspects(&[(name.as_str(), &*dataset)], model) else { continue };
+        let Ok(found) = suspects(&[NamedDataset::new(name.as_str(), &*dataset)], model) else { continue };
         dataset.samples.retain(|s| !Use::Fit.takes(s) || found.iter().all(|suspect| suspect.sample != s.id));
         all.extend(found.into_iter().map(|suspect| (name.clone(), suspect)));
     }
     all
 }
 
-fn names<'a>(named: &[(&'a str, &Dataset)]) -> Vec<&'a str> {
-    named.iter().map(|(name, _)| *name).collect()
+fn names<'a>(named: &[NamedDataset<'a>]) -> Vec<&'a str> {
+    named.iter().map(|d| d.name).collect()
 }
 
 /// A model in which an effect that belongs to one run only is no longer of the robot, but of that run.

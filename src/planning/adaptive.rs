@@ -17,7 +17,7 @@ use crate::diagnosis::Relevance;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 use crate::measure::poses::PlannedPose;
 use crate::prediction::{Banded, WORKSPACE_POSES, WorkspaceError, workspace_poses};
 
@@ -134,7 +134,7 @@ impl Adaptive {
     fn think(&mut self, waiting: &[Sample], measured: &[Sample]) -> Result<(), IdentifyError> {
         let of = |samples: &[Sample]| Dataset { samples: samples.to_vec(), ..self.cell.clone() };
         let so_far = of(measured);
-        let datasets = [("campaign", &so_far)];
+        let datasets = [NamedDataset::new("campaign", &so_far)];
         // Too few samples, or such that do not determine the model, are not a reason to stop.
         let Ok(examination) = Examination::new(&datasets, &self.model) else { return Ok(()) };
         if examination.fit.outcome != Outcome::Converged {

@@ -14,7 +14,7 @@ use crate::diagnosis::Relevance;
 use crate::diagnosis::library::Candidate;
 use crate::identify::calibration::IdentifyError;
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::prediction::workspace;
 use crate::prediction::workspace::SEED;
 
@@ -49,7 +49,7 @@ impl<'a> Designer<'a> {
     ///
     /// # Errors
     /// When a rival is not in the catalogue, or the data do not determine its state.
-    pub fn new(datasets: &[(&str, &Dataset)], examination: &'a Examination, rivals: &[Rival]) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[NamedDataset<'_>], examination: &'a Examination, rivals: &[Rival]) -> Result<Self, IdentifyError> {
         let candidates = rivals.iter().map(|r| Candidate::new(r.effect.clone())).collect();
         let close = examination.beside(datasets, candidates)?;
         let remainder = &close.remainder;
@@ -70,11 +70,11 @@ impl<'a> Designer<'a> {
     /// When the Jacobian at the poses cannot be computed.
     pub fn with_workspace(
         mut self,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         relevance: &Relevance,
         poses: &[Vec<f64>],
     ) -> Result<Self, IdentifyError> {
-        let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(self) };
+        let Some(NamedDataset { dataset: first, .. }) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(self) };
         let Examination { projection, .. } = self.examination;
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = workspace::at_poses(first, self.examination, poses, &mut random);

@@ -58,13 +58,12 @@ impl CellLayout {
             // The two cancel for a ball straight below the centre.
             Unit::try_new(away + up.into_inner(), 0.1).unwrap_or(up)
         };
-        let bodies: Vec<String> = dataset.balls.iter().map(|b| format!("ball {}", b.id)).collect();
-        let solid = |(b, name): (&Ball, &String)| Solid::capsule(name.as_str(), 0, [b.position, b.position], BALL_RADIUS);
+        let solid = |ball: &Ball| Solid::ball(&ball.id, ball.position, BALL_RADIUS);
         CellLayout {
-            surroundings: Surroundings { fixed: dataset.balls.iter().zip(&bodies).map(solid).collect(), carried: Vec::new() },
+            surroundings: Surroundings { fixed: dataset.balls.iter().map(solid).collect(), carried: Vec::new() },
             without_artifact: Surroundings::default(),
             outward: dataset.balls.iter().map(|b| outward(&b.position)).collect(),
-            bodies,
+            bodies: dataset.balls.iter().map(|ball| Solid::ball_name(&ball.id)).collect(),
             margins: Margins::default(),
             retreat: 60.0 * MM,
             cone: 70.0 * DEG,

@@ -3,7 +3,7 @@
 use crate::diagnosis::Verdict;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::selection::hold_out::HoldOut;
 use crate::selection::ladder::LadderStep;
 use crate::selection::ladder::{Ladder, ladder};
@@ -30,7 +30,7 @@ impl Planned {
 ///
 /// # Errors
 /// As [`ladder`].
-pub fn planned_for(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<Planned, IdentifyError> {
+pub fn planned_for(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Result<Planned, IdentifyError> {
     let ladder = ladder(datasets, model, ground)?;
     let first = &ladder.first().diagnosis;
     let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);

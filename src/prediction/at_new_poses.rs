@@ -8,7 +8,7 @@ use crate::diagnosis::library::missing_somewhere;
 use crate::effects::{self, Effect, Owner};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Circumstance, Parameter, Problem, Use};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 
 /// The examined problem, set up for other samples of its first set-up.
 pub(crate) struct AtNewPoses {
@@ -40,7 +40,7 @@ impl AtNewPoses {
         let Examination { wide, values, fitted, columns, model, library, .. } = examination;
         let balls = there.ball_ids();
         let subject = model.subject(&there.robot, &balls);
-        let named = [("elsewhere", there)];
+        let named = [NamedDataset::new("elsewhere", there)];
         let counts = |id: &String| {
             effects::build(id, &subject)
                 .is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())

@@ -8,7 +8,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::cross_validation::cross_validated_positions;
 use crate::diagnosis::folds::{places, random_folds};
 use crate::identify::fit::Fit;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::{chi2_chance, is_too_small};
 
 /// Level to which the draws are scaled.
@@ -35,7 +35,7 @@ pub(crate) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 impl Level {
     /// Computes the level from an examined fit.
-    pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
+    pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Self {
         let Examination { circumstances, problem, fit, .. } = examination;
         let unit = examination.squared_units();
         let samples = circumstances.len().max(1) as f64;

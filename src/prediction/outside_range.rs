@@ -3,7 +3,7 @@
 use crate::effects::EffectId;
 use crate::effects::facts::Follows;
 use crate::identify::Model;
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::robot::{JointKind, Robot};
 
 /// A joint that moves beyond its range during identification.
@@ -106,10 +106,10 @@ impl Extrapolation {
         robot: &Robot,
         joint_ranges: &[[f64; 2]],
         model: &Model,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         takes: impl Fn(&Sample) -> bool,
     ) -> Self {
-        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| takes(s)));
+        let rows = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| takes(s)));
         Extrapolation::of(robot, joint_ranges, model, rows.map(|s| s.q.as_slice()))
     }
 }

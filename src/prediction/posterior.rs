@@ -19,6 +19,7 @@ use self::sampler::Draw;
 pub use self::sampler::help;
 use super::at_new_poses::AtNewPoses;
 use super::level::is_noise_overstated;
+use super::worker::Worker;
 use crate::diagnosis::Examination;
 use crate::diagnosis::examination::Span;
 use crate::effects::{EffectId, Owner};
@@ -26,7 +27,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Parameter, Prior};
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::JointSteps;
 
 /// Largest number of samples used; of more, only every k-th is.
@@ -76,11 +77,15 @@ fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
 }
 
 impl Posterior {
-    /// Draws from the posterior of an examined fit.
+    /// Draws from the posterior of an examined fit, with the help of the worker if there is one.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
-    pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Self, IdentifyError> {
+    pub fn of(
+        datasets: &[NamedDataset<'_>],
+        examination: &Examination,
+        worker: Option<&dyn Worker>,
+    ) -> Result<Self, IdentifyError> {
         let Examination { rows, fitted, columns, spans, circumstances, problem, fit, model, yardstick, .. } = examination;
         let (m, n) = (fitted.len(), columns.len());
         let parameters: Vec<&Parameter> = fit.kept.iter().map(|&p| &problem.parameters()[p]).collect();
@@ -139,7 +144,7 @@ impl Posterior {
         let is_known = yardstick.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
         let noise = known.map(|known| (known, STATED_NOISE));
-        let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED)?;
+        let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED, worker)?;
         Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
     }
 

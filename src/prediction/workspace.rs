@@ -13,11 +13,12 @@ use rand_distr::{Distribution, StandardNormal};
 use super::at_new_poses::AtNewPoses;
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
+use super::worker::Worker;
 use crate::diagnosis::Examination;
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::Parameter;
-use crate::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use crate::measure::poses::free_poses::{FreePosesRequest, free_poses};
 use crate::measure::poses::pool::Margins;
 use crate::robot::Robot;
@@ -147,13 +148,13 @@ pub struct WorkspacePoses {
 
 impl WorkspacePoses {
     /// Returns the poses of the datasets' validation rows; if there are none, [`workspace_poses`] of the first dataset.
-    pub fn of(datasets: &[(&str, &Dataset)]) -> Self {
-        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| s.set == SampleSet::Validation));
+    pub fn of(datasets: &[NamedDataset<'_>]) -> Self {
+        let rows = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| s.set == SampleSet::Validation));
         let judged: Vec<Vec<f64>> = rows.map(|s| s.q.clone()).collect();
         if !judged.is_empty() {
             return WorkspacePoses { q: judged, source: PoseSource::Validation };
         }
-        let drawn = datasets.first().map(|(_, d)| workspace_poses(d, WORKSPACE_POSES));
+        let drawn = datasets.first().map(|d| workspace_poses(d.dataset, WORKSPACE_POSES));
         WorkspacePoses { q: drawn.unwrap_or_default(), source: PoseSource::Drawn }
     }
 }
@@ -166,16 +167,28 @@ impl WorkspaceError {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn predict(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         examination: &Examination,
         poses: &[Vec<f64>],
     ) -> Result<Option<Self>, IdentifyError> {
-        let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty() && undetermined(examination).is_empty()) else {
+        WorkspaceError::predict_with(datasets, examination, poses, None)
+    }
+
+    /// As [`WorkspaceError::predict`], with the help of the worker if there is one.
+    pub(crate) fn predict_with(
+        datasets: &[NamedDataset<'_>],
+        examination: &Examination,
+        poses: &[Vec<f64>],
+        worker: Option<&dyn Worker>,
+    ) -> Result<Option<Self>, IdentifyError> {
+        let Some(NamedDataset { dataset: first, .. }) =
+            datasets.first().filter(|_| !poses.is_empty() && undetermined(examination).is_empty())
+        else {
             return Ok(None);
         };
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
-        let posterior = Posterior::of(datasets, examination)?;
+        let posterior = Posterior::of(datasets, examination, worker)?;
         let mut errors = posterior.errors(&there, examination, &mut random)?;
         rein_in(&mut errors);
         let level = Level::of(datasets, examination);

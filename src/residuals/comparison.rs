@@ -16,7 +16,7 @@ use crate::identify::Application;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::math::rms;
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::measure::poses::Postures;
 
 use self::layout::Layout;
@@ -76,10 +76,10 @@ impl Comparison {
     ///
     /// # Errors
     /// When the data are from another robot, do not fit the model, or do not determine the robot's base and tool.
-    pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use) -> Result<Self, IdentifyError> {
+    pub fn of(calibration: &Calibration, datasets: &[NamedDataset<'_>], which: Use) -> Result<Self, IdentifyError> {
         let application = calibration.apply(datasets, which)?;
         let Application { problem, values, .. } = &application;
-        let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s))).collect();
+        let rows: Vec<&Sample> = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s))).collect();
         let seen = SeenSample::all(problem, values, &rows, datasets);
         let replicates = Postures::replicates(datasets, |s| which.takes(s));
         let noisy: Vec<NoisySample> = seen

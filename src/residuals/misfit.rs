@@ -20,7 +20,7 @@ use self::campaign::Campaign;
 use self::expected::expected;
 pub(crate) use self::expected::reach;
 use crate::identify::problem::Use;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::measure::poses::Postures;
 
 /// Approximate number of rows to which the frames are fitted: they show a slip as clearly as ten thousand would.
@@ -36,7 +36,7 @@ const LEAST_POSTURES: usize = 4;
 ///
 /// ```
 /// use calibench::identify::problem::Use;
-/// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 /// use calibench::residuals::misfit::data_fit;
 /// # use calibench::robot::kinematics::world_from_tool;
 /// # use calibench::robot::{FramePose, built_in};
@@ -52,16 +52,16 @@ const LEAST_POSTURES: usize = 4;
 ///
 /// // Joints 2 and 3 exchanged in all rows of a UR5.
 /// data.samples.iter_mut().for_each(|sample| sample.q.swap(1, 2));
-/// let misfit = data_fit(&[("campaign", &data)], Use::All).remove(0).misfit.ok_or("they do not fit")?;
+/// let misfit = data_fit(&[NamedDataset::new("campaign", &data)], Use::All).remove(0).misfit.ok_or("they do not fit")?;
 /// assert_eq!(misfit.slips[0].slip, "joints_swapped:2:3");
 /// # Ok::<(), &str>(())
 /// ```
-pub fn data_fit(datasets: &[(&str, &Dataset)], which: Use) -> Vec<DataFit> {
-    datasets.iter().filter_map(|(name, dataset)| of_dataset(name, dataset, which)).collect()
+pub fn data_fit(datasets: &[NamedDataset<'_>], which: Use) -> Vec<DataFit> {
+    datasets.iter().filter_map(|NamedDataset { name, dataset }| of_dataset(name, dataset, which)).collect()
 }
 
 fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
-    let whole = Campaign::of(&[(name, dataset)], which)?;
+    let whole = Campaign::of(&[NamedDataset::new(name, dataset)], which)?;
     let some = whole.selection(ROWS);
     let fitted = frames::fit(&some);
     let [most, _] = expected(&some, &fitted.frames);
@@ -74,7 +74,8 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         reach,
         rows: whole.shots.len(),
     };
-    let postures = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
+    let postures =
+        Postures::of(&[NamedDataset::new(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
     if fitted.dof < LEAST_FREEDOM || postures < LEAST_POSTURES {
         return Some(DataFit { nominal, misfit: None });
     }

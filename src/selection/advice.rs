@@ -8,7 +8,7 @@ use super::ladder::{Climb, LadderStep, next_step, step};
 use super::objections::Objection;
 use crate::diagnosis::Verdict;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Recommended next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl Advice {
     ///
     /// # Errors
     /// When the gain of the effects cannot be computed.
-    pub fn on(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
+    pub fn on(datasets: &[NamedDataset<'_>], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
         let mut refused: Vec<(String, Vec<Objection>)> = Vec::new();
         let diagnosis = &below.diagnosis;
         let verdict = diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict);
@@ -99,7 +99,7 @@ impl Advice {
 /// The step that adds the curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual
 /// and nothing speaks against that step.
 fn curve(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     ground: HoldOut<'_>,
 ) -> Result<Option<Box<LadderStep>>, IdentifyError> {

@@ -8,7 +8,7 @@ use crate::effects;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
 use crate::identify::{Model, identify};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
 /// Cross-validated error of one session.
@@ -49,7 +49,7 @@ pub struct FitScores {
 
 impl FitScores {
     /// Scores an examined model.
-    pub(crate) fn of(datasets: &[(&str, &Dataset)], model: &Model, examination: &Examination) -> Self {
+    pub(crate) fn of(datasets: &[NamedDataset<'_>], model: &Model, examination: &Examination) -> Self {
         let calibration = examination.calibration(datasets);
         let blocks = blocks(examination);
         FitScores {
@@ -68,7 +68,7 @@ impl FitScores {
 
 /// The errors of each session.
 fn sessions(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     examination: &Examination,
     blocks: &[(String, f64)],
@@ -130,8 +130,8 @@ pub(crate) fn rms(squares: impl Iterator<Item = f64>) -> f64 {
 
 /// Squared errors of dataset `k` predicted by a robot calibrated on the other datasets, and the posture index of each
 /// row; `None` if the others do not determine it.
-fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option<(Vec<f64>, Vec<usize>)> {
-    let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
+fn from_others(datasets: &[NamedDataset<'_>], model: &Model, k: usize) -> Option<(Vec<f64>, Vec<usize>)> {
+    let others: Vec<NamedDataset<'_>> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
     let calibration = identify(&others, model).ok()?;
     let predicted = calibration.predict(&datasets[k..=k], Use::Fit).ok()?;
     let postures = Postures::of(&datasets[k..=k], |s| Use::Fit.takes(s));

@@ -13,7 +13,7 @@ use crate::diagnosis::Examination;
 use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// A fitted model with its scores.
 pub struct FittedModel {
@@ -27,7 +27,7 @@ impl FittedModel {
     ///
     /// # Errors
     /// If data and model do not match, or the data do not determine the unknowns.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let examination = Examination::with(datasets, model, Vec::new())?;
         Ok(FittedModel { scores: Arc::new(FitScores::of(datasets, model, &examination)), examination })
     }
@@ -36,7 +36,7 @@ impl FittedModel {
     ///
     /// # Errors
     /// As [`super::ladder::ladder_step`].
-    pub fn judge(self, datasets: &[(&str, &Dataset)], ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
+    pub fn judge(self, datasets: &[NamedDataset<'_>], ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
         let examination = self.examination.with_library(datasets)?;
         judged_rung(datasets, &examination, (*self.scores).clone(), ground)
     }
@@ -76,6 +76,6 @@ pub fn needs_diagnosis(added: &[String]) -> bool {
 ///
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
-pub fn step_gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
+pub fn step_gains(datasets: &[NamedDataset<'_>], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
     gains(datasets, before, after)
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, SampleSet};
+use crate::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use crate::measure::poses::Postures;
+use crate::prediction::worker::Worker;
 use crate::residuals::Validation;
 
 /// The poses and campaigns on which a model is judged, besides the rows that it is fitted to.
@@ -15,7 +16,9 @@ pub struct HoldOut<'a> {
     pub poses: &'a [Vec<f64>],
     /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is re-fitted
     /// for each. They are judged on their rows of set `validation`, or on all rows if there are none.
-    pub checks: &'a [(&'a str, &'a Dataset)],
+    pub checks: &'a [NamedDataset<'a>],
+    /// Computes a part of the prediction where threads cannot be had.
+    pub worker: Option<&'a dyn Worker>,
 }
 
 /// The reason why a campaign cannot be judged.
@@ -46,10 +49,12 @@ impl Check {
     pub(crate) fn of(calibration: &Calibration, name: &str, dataset: &Dataset) -> Self {
         let held_out = dataset.samples.iter().any(|s| s.set == SampleSet::Validation);
         let which = if held_out { Use::Validation } else { Use::All };
-        let predicted =
-            calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| NotJudged::Unpredictable(Arc::new(e)));
+        let predicted = calibration
+            .set_up_anew()
+            .predict(&[NamedDataset::new(name, dataset)], which)
+            .map_err(|e| NotJudged::Unpredictable(Arc::new(e)));
         let squares = predicted.as_ref().map_or(Vec::new(), |p| p.residuals.iter().map(|r| r.norm_squared()).collect());
-        let posture = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().to_vec();
+        let posture = Postures::of(&[NamedDataset::new(name, dataset)], |s| which.takes(s)).of_samples().to_vec();
         let result = predicted.and_then(|p| Validation::of(&p).ok_or(NotJudged::Empty));
         Check { name: name.into(), result, squares, posture }
     }

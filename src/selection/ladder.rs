@@ -26,7 +26,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
 use crate::identify::problem::{Use, missing};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Largest number of steps that are added to the first model.
 const MOST_STEPS: usize = 16;
@@ -121,7 +121,7 @@ impl Ladder {
 ///
 /// # Errors
 /// As [`ladder_step`], for the first model. A step that cannot be fitted is not taken.
-pub fn ladder(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<Ladder, IdentifyError> {
+pub fn ladder(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Result<Ladder, IdentifyError> {
     Ok(run(datasets, model, ground, &mut unobserved)?)
 }
 
@@ -130,7 +130,7 @@ pub fn ladder(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>)
 /// # Errors
 /// As [`ladder`].
 pub fn observed_ladder<B>(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     ground: HoldOut<'_>,
     observer: &mut dyn FnMut(Climb<'_>) -> ControlFlow<B>,
@@ -143,7 +143,7 @@ pub fn observed_ladder<B>(
 }
 
 fn run<B>(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     ground: HoldOut<'_>,
     observer: &mut Observer<'_, B>,
@@ -200,7 +200,7 @@ fn step_of<'r>(steps: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderSte
 ///
 /// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
 fn choose(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     steps: &[LadderStep],
     recommendation: &Recommendation,
     ground: HoldOut<'_>,
@@ -253,7 +253,7 @@ fn choose(
 }
 
 /// Fits and judges a model; `None` unless its fit converges readily.
-fn readily_fitted(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
+fn readily_fitted(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
     let examination = Examination::within_steps(datasets, model, READILY).ok()??;
     examined_rung(datasets, model, &examination, ground).ok()
 }
@@ -265,7 +265,7 @@ pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
 ///
 /// # Errors
 /// When the gain of the effects cannot be computed. A step that cannot be fitted is not taken.
-pub fn best_step(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: HoldOut<'_>) -> Result<Next, IdentifyError> {
+pub fn best_step(datasets: &[NamedDataset<'_>], below: &LadderStep, ground: HoldOut<'_>) -> Result<Next, IdentifyError> {
     Ok(next_step(datasets, below, ground, &mut unobserved)?)
 }
 
@@ -274,7 +274,7 @@ pub fn best_step(datasets: &[(&str, &Dataset)], below: &LadderStep, ground: Hold
 /// # Errors
 /// As [`best_step`], and if `observer` cancels.
 pub(super) fn next_step<B>(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     ground: HoldOut<'_>,
     observer: &mut Observer<'_, B>,
@@ -351,7 +351,7 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width
 /// in a fit whose residuals are weighted by the stated noise.
-fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
+fn library(datasets: &[NamedDataset<'_>], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
     if first.diagnosis.verdict.is_noise() {
         return Vec::new();
     }
@@ -369,9 +369,9 @@ fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_
 
 /// True if every check contains the data that an effect needs.
 fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
-    ground.checks.iter().all(|(_, check)| {
-        let balls = check.ball_ids();
-        let subject = model.subject(&check.robot, &balls);
-        effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), check, model, Use::All).is_none())
+    ground.checks.iter().all(|d| {
+        let balls = d.dataset.ball_ids();
+        let subject = model.subject(&d.dataset.robot, &balls);
+        effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), d.dataset, model, Use::All).is_none())
     })
 }

@@ -2,7 +2,7 @@
 
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
 /// Number of standard errors of the paired differences by which the squared errors must increase to count as worse.
@@ -44,11 +44,11 @@ impl Contradiction {
 
 /// Tests whether the rows of set `validation`, which the choice did not use, contradict `after` in favour of `before`.
 pub(crate) fn contradicted(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     before: &Calibration,
     after: &Calibration,
 ) -> Result<Option<Contradiction>, IdentifyError> {
-    if !datasets.iter().any(|(_, d)| d.samples.iter().any(|s| Use::Validation.takes(s))) {
+    if !datasets.iter().any(|d| d.dataset.samples.iter().any(|s| Use::Validation.takes(s))) {
         return Ok(None);
     }
     let squares = |c: &Calibration| -> Result<Vec<f64>, IdentifyError> {

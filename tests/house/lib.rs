@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod facts_are_no_text;
+mod nothing_is_installed;
 mod pages_lead_somewhere;
 mod python_packages_are_pinned;
 mod scripts_are_what_the_pages_say;
 mod the_house_stands;
 mod third_party_is_listed;
+mod values_have_names;
 
 use std::path::{Path, PathBuf};
 

@@ -279,6 +279,33 @@ fn packages_depend_on_each_other_in_one_direction() {
     }
 }
 
+/// Packages that stand in for a real cell.
+const STAND_INS: [&str; 3] = ["calibench_sim", "calibench_serve", "calibench_mujoco"];
+
+/// The files of the program that measure a real cell, each with what it imports from packages that stand in for one.
+fn stand_ins_of_a_real_cell(package: &Package) -> BTreeMap<Module, Vec<String>> {
+    let uses = package.uses();
+    let mut waiting = vec![["verbs", "measure", "cell"].map(str::to_owned).to_vec()];
+    let mut found = BTreeMap::new();
+    while let Some(module) = waiting.pop() {
+        let Some(named) = package.named.get(&module).filter(|_| !found.contains_key(&module)) else { continue };
+        let paths = named.imports.iter().map(|(path, _)| path).chain(&named.paths);
+        let foreign = paths.filter(|path| STAND_INS.contains(&path[0].as_str())).map(|path| path.join("::"));
+        found.insert(module.clone(), foreign.collect());
+        waiting.extend(uses[&module].iter().cloned());
+    }
+    found
+}
+
+#[test]
+fn a_real_cell_is_measured_without_the_simulator() {
+    let files = stand_ins_of_a_real_cell(&Package::read(&root().join("cli/src")));
+    assert!(files.len() > 5, "the files that measure a real cell have moved: name their new place here");
+    for (file, foreign) in files {
+        assert!(foreign.is_empty(), "{}: {foreign:?}", file.join("::"));
+    }
+}
+
 #[test]
 fn every_file_can_be_read_at_one_sitting() {
     for (folder, _) in PACKAGES {

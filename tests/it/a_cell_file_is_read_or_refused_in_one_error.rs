@@ -10,6 +10,10 @@ use calibench::files::FileError;
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::mastering::MasteringSettings;
 use calibench::measure::centring::CentringSettings;
+use calibench::measure::poses::ProbingPlan;
+use calibench::measure::poses::ways::HomeWays;
+use calibench::measure::session::{FirstMotion, StartError};
+use calibench::robot::solids::Shape;
 use calibench::units::{DEG, MM};
 
 const DATASET: &str = "format = \"calibench-dataset/1\"\nrobot = \"kr6_r700\"\nbase = { x_mm = 0, y_mm = 0, z_mm = 0 }\n\
@@ -165,12 +169,86 @@ fn a_mistake_in_the_dataset_is_told_of_the_dataset() {
     assert_eq!(read_cell(&path).unwrap_err().field, "dataset");
 }
 
+/// A cell with a ball and a scene, and a plan that has a home and no pose.
+fn beside_a_table(cell: &str, scene: &str) -> (tempfile::TempDir, Result<Cell, FileError>) {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("dataset.toml", &format!("{DATASET}[[ball]]\nid = \"1\"\nx_mm = 500\ny_mm = 0\nz_mm = 50\n"));
+    write("scene.toml", &format!("format = \"calibench-scene/1\"\n{scene}"));
+    write("cell.toml", cell);
+    let cell = read_cell(&folder.path().join("cell.toml"));
+    (folder, cell)
+}
+
+const TABLE: &str = "[[solid]]\nname = \"table\"\nmin_mm = [-900, -900, -100]\nmax_mm = [900, 900, -60]\n";
+
+fn with_scene(rest: &str) -> String {
+    SHORT.replace("[robot]", &format!("[surroundings]\n{rest}\n[robot]"))
+}
+
+#[test]
+fn the_bodies_around_the_arm_are_those_of_the_scene_and_the_balls() {
+    let small = with_scene("scene = \"scene.toml\"") + "[trical]\ndatum_diameter_mm = 20\nmaster_diameter_mm = 38.1\n";
+    let (_folder, cell) = beside_a_table(&small, TABLE);
+    let bodies = cell.unwrap().surroundings.unwrap();
+    assert_eq!(bodies.fixed.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["table", "ball 1"]);
+    match &bodies.fixed[1].shape {
+        Shape::Capsule { ends: [from, to], radius } => {
+            assert!(from == to && (from.x - 500.0 * MM).abs() < 1e-12 && (radius - 10.0 * MM).abs() < 1e-12)
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(beside_a_table(SHORT, TABLE).1.unwrap().surroundings.is_none());
+}
+
+#[test]
+fn a_mistake_in_the_surroundings_is_one_error_with_its_place_and_remedy() {
+    let refused = |cell: &str, scene: &str, told: &[&str]| {
+        let error = beside_a_table(cell, scene).1.unwrap_err().to_string();
+        assert!(told.iter().all(|part| error.contains(part)), "{error}");
+    };
+    refused(&with_scene(""), TABLE, &["cell.toml:3", "surroundings", "scene"]);
+    refused(
+        &with_scene("scene = \"nowhere.toml\""),
+        TABLE,
+        &["cell.toml:4", "surroundings.scene", "nowhere.toml is not there"],
+    );
+    refused(&with_scene("scene = \"scene.toml\"\nsolid = 1"), TABLE, &["cell.toml:5", "surroundings.solid"]);
+    let named = with_scene("scene = \"scene.toml\"");
+    refused(&named, &TABLE.replace("min_mm", "least_mm"), &["scene.toml:4", "min_mm"]);
+    refused(&named, &TABLE.replace("\"table\"", "\"ball 1\""), &["cell.toml:4", "'ball 1'", "leave the balls out"]);
+}
+
+#[test]
+fn off_all_motions_of_its_plan_the_arm_goes_home_among_known_bodies_alone() {
+    let plan = ProbingPlan {
+        ways: Some(HomeWays { home: [0.0, -90.0, 90.0, 0.0, 10.0, 0.0].map(|q| q * DEG).to_vec(), ..HomeWays::default() }),
+        ..ProbingPlan::default()
+    };
+    let at = [60.0, -60.0, 90.0, 0.0, 40.0, 0.0].map(|q| q * DEG);
+    let found = |cell: &str, scene: &str| FirstMotion::from(&beside_a_table(cell, scene).1.unwrap(), &plan, &at);
+    let told = |found: Result<FirstMotion, StartError>| found.map(|motion| motion.words).unwrap_err().to_string();
+    let named = with_scene("scene = \"scene.toml\"");
+    assert!(found(&named, TABLE).unwrap().words.unwrap().contains("it first goes to the home posture"));
+    let boxed = format!("{TABLE}[[solid]]\nname = \"cage\"\nmin_mm = [-900, -900, -100]\nmax_mm = [900, 900, 900]\n");
+    assert!(told(found(&named, &boxed)).contains("jog it to the home posture"));
+    let error = found(SHORT, TABLE).map(|motion| motion.words).unwrap_err();
+    assert!(error.is_of_the_request());
+    let told = error.to_string();
+    assert!(
+        ["cell.toml", "surroundings.scene: is missing", "name a scene.toml", "-90.0"].iter().all(|part| told.contains(part)),
+        "{told}"
+    );
+}
+
 /// The example of the guide.
 #[test]
 fn the_guide_s_example_is_read() {
     let guide = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/cell.md")).unwrap();
     let example = guide.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
-    let cell = read(&example.replace("cell/dataset.toml", "dataset.toml")).unwrap();
+    let (_folder, cell) = beside_a_table(&example.replace("cell/dataset.toml", "dataset.toml"), TABLE);
+    let cell = cell.unwrap();
+    assert!(cell.surroundings.is_some());
     assert_eq!(cell.last_frame_from_flange.rz_ry_rx[1], 180.0 * DEG);
     assert!(cell.guards.workspace.is_some());
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use calibench::identify::calibration::Calibration;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::measure::poses::Postures;
 use calibench::monitoring::check::conditions::Condition;
 use calibench::monitoring::check::{CheckReference, NoiseOf, RobotCheck};
@@ -38,7 +38,7 @@ struct Arm<'a> {
 fn halves() -> (Calibration, Dataset, Later) {
     let mut campaign = fanuc();
     campaign.noise = Noise { point: Some(STATED), ..Noise::default() };
-    let postures = Postures::of(&[("fanuc", &campaign)], |_| true);
+    let postures = Postures::of(&[NamedDataset::new("fanuc", &campaign)], |_| true);
     let mut of: BTreeMap<usize, Vec<Sample>> = BTreeMap::new();
     for (sample, &posture) in campaign.samples.drain(..).zip(postures.of_samples()) {
         of.entry(posture).or_default().push(sample);
@@ -51,14 +51,14 @@ fn halves() -> (Calibration, Dataset, Later) {
         later.push(repeats[5..].to_vec());
     }
     let model = Model::of(&["base_frame", "mdh", "lumped_gravity:2", "lumped_gravity:3"]);
-    let calibration = identify(&[("fanuc", &campaign)], &model).unwrap();
+    let calibration = identify(&[NamedDataset::new("fanuc", &campaign)], &model).unwrap();
     (calibration, campaign, later)
 }
 
 impl Arm<'_> {
     fn of<T>(act: impl FnOnce(&Arm<'_>) -> T) -> T {
         let (calibration, campaign, later) = halves();
-        let reference = CheckReference::new(&calibration, ("fanuc", &campaign)).unwrap();
+        let reference = CheckReference::new(&calibration, NamedDataset::new("fanuc", &campaign)).unwrap();
         act(&Arm { reference, campaign: &campaign, later })
     }
 
@@ -79,7 +79,7 @@ impl Arm<'_> {
             samples.extend(stay);
         }
         let now = Dataset { samples, ..self.campaign.clone() };
-        self.reference.check(("fanuc", &now)).unwrap()
+        self.reference.check(NamedDataset::new("fanuc", &now)).unwrap()
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use calibench::identify::calibration::Calibration;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::{Condition, Elementary};
 use calibench::monitoring::check::power::{Shown, Smallest, power_of_check};
@@ -83,8 +83,8 @@ fn known() -> Known {
     };
     let postures: Vec<(String, Vec<f64>)> = (0..60).map(|k| posture(k, &mut random)).collect();
     let campaign = Cell::new().measured(&postures, 1);
-    let calibration = identify(&[("then", &campaign)], &Model::of(&["base_frame", "mdh"])).unwrap();
-    let chosen = choose_sentinels(&calibration, ("then", &campaign), SENTINELS).unwrap();
+    let calibration = identify(&[NamedDataset::new("then", &campaign)], &Model::of(&["base_frame", "mdh"])).unwrap();
+    let chosen = choose_sentinels(&calibration, NamedDataset::new("then", &campaign), SENTINELS).unwrap();
     assert_eq!(chosen.len(), SENTINELS);
     Known { calibration, campaign, sentinels: chosen.iter().map(|&k| postures[k].clone()).collect() }
 }
@@ -92,7 +92,7 @@ fn known() -> Known {
 impl Known {
     fn checked(&self, cell: &Cell, seed: u64) -> RobotCheck {
         let now = cell.measured(&self.sentinels, seed);
-        RobotCheck::of(&self.calibration, ("then", &self.campaign), ("now", &now)).unwrap()
+        RobotCheck::of(&self.calibration, NamedDataset::new("then", &self.campaign), NamedDataset::new("now", &now)).unwrap()
     }
 }
 
@@ -165,7 +165,9 @@ fn a_single_bad_sample_is_no_fault_of_the_robot() {
         let mut now = Cell::new().measured(&known.sentinels, 90 + k as u64);
         let Measured::Point(point) = &mut now.samples[k].measured else { panic!("points") };
         point.y += 0.4 * MM;
-        let check = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &now)).unwrap();
+        let check =
+            RobotCheck::of(&known.calibration, NamedDataset::new("then", &known.campaign), NamedDataset::new("now", &now))
+                .unwrap();
         // The first sample alone may be anything: it is measured again, or more are.
         if k > 0 {
             assert!(names(&check, &Condition::SingleSample(id.clone())) || k < SENTINELS - 2, "{id}: {:?}", check.conditions);
@@ -179,7 +181,7 @@ fn the_power_that_is_promised_is_that_of_the_checks() {
     let known = known();
     let chosen: Vec<usize> =
         known.sentinels.iter().map(|(id, _)| known.campaign.samples.iter().position(|s| s.id == *id).unwrap()).collect();
-    let power = power_of_check(&known.calibration, ("then", &known.campaign), &chosen, &[3.0]).unwrap();
+    let power = power_of_check(&known.calibration, NamedDataset::new("then", &known.campaign), &chosen, &[3.0]).unwrap();
     assert_eq!(power[0].condition, Condition::Valid);
     assert!(power[0].at[0].found <= 2.5 * FALSE_ALARM, "{power:?}");
     for p in &power[1..] {
@@ -194,14 +196,17 @@ fn what_cannot_be_compared_is_refused() {
     let known = known();
     let elsewhere: Vec<f64> = known.sentinels[0].1.iter().map(|q| q + 2.0 * DEG).collect();
     let now = Cell::new().measured(&[("new".into(), elsewhere)], 3);
-    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &now));
+    let refused =
+        RobotCheck::of(&known.calibration, NamedDataset::new("then", &known.campaign), NamedDataset::new("now", &now));
     assert!(matches!(refused, Err(CheckError::NoCounterpart { ref sample }) if sample == "new"), "{refused:?}");
     let mut silent = Cell::new().measured(&known.sentinels, 3);
     silent.noise = Noise::default();
-    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &silent));
+    let refused =
+        RobotCheck::of(&known.calibration, NamedDataset::new("then", &known.campaign), NamedDataset::new("now", &silent));
     assert!(matches!(refused, Err(CheckError::NoNoise)), "{refused:?}");
     let nothing = Cell::new().measured(&[], 3);
-    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &nothing));
+    let refused =
+        RobotCheck::of(&known.calibration, NamedDataset::new("then", &known.campaign), NamedDataset::new("now", &nothing));
     assert!(matches!(refused, Err(CheckError::Nothing)), "{refused:?}");
 }
 
@@ -261,9 +266,9 @@ fn smallest(shown: &[Shown], condition: &Condition) -> Option<Smallest> {
 #[test]
 fn a_check_says_what_it_would_have_shown() {
     let known = known();
-    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let reference = CheckReference::new(&known.calibration, NamedDataset::new("then", &known.campaign)).unwrap();
     let now = Cell::new().measured(&known.sentinels, 7);
-    let (check, shown) = reference.check_with_power(("now", &now)).unwrap();
+    let (check, shown) = reference.check_with_power(NamedDataset::new("now", &now)).unwrap();
     assert!(!check.changed && check.closest.is_none() && (check.noise_ratio - 1.0).abs() < 0.01, "{check:?}");
     let joint = Condition::JointSlipped(2);
     let slip = smallest(&shown, &joint).unwrap();
@@ -278,7 +283,7 @@ fn a_check_says_what_it_would_have_shown() {
     assert!(large >= 38 && small <= 20, "{large} and {small} of 40 at {} deg", slip.change / DEG);
     // The same numbers of an instrument a thousand times as coarse say next to nothing, and the check says that.
     let coarse = Dataset { noise: Noise { point: Some(1000.0 * NOISE), ..Noise::default() }, ..now };
-    let (check, shown) = reference.check_with_power(("now", &coarse)).unwrap();
+    let (check, shown) = reference.check_with_power(NamedDataset::new("now", &coarse)).unwrap();
     assert!(!check.changed && (check.noise_ratio / 1000.0 - 1.0).abs() < 0.01, "{}", check.noise_ratio);
     assert!(smallest(&shown, &joint).is_none_or(|s| s.change > 300.0 * slip.change), "{shown:?}");
 }
@@ -286,19 +291,19 @@ fn a_check_says_what_it_would_have_shown() {
 #[test]
 fn what_says_too_little_or_the_same_twice_is_refused() {
     let known = known();
-    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let reference = CheckReference::new(&known.calibration, NamedDataset::new("then", &known.campaign)).unwrap();
     let now = Cell::new().measured(&known.sentinels[..2], 3);
-    let refused = reference.check(("now", &now));
+    let refused = reference.check(NamedDataset::new("now", &now));
     assert!(matches!(refused, Err(CheckError::TooFewPoses { poses: 2 })), "{refused:?}");
     // That something has changed is said of two poses as well.
     let mut cell = Cell::new();
     cell.tool.xyz[0] += 1.0 * MM;
-    assert!(reference.check(("now", &cell.measured(&known.sentinels[..2], 3))).unwrap().changed);
+    assert!(reference.check(NamedDataset::new("now", &cell.measured(&known.sentinels[..2], 3))).unwrap().changed);
 
     let now = Cell::new().measured(&known.sentinels, 3);
     let mut twice = now.clone();
     twice.samples.extend(now.samples.iter().map(|s| Sample { id: format!("{} again", s.id), ..s.clone() }));
-    let refused = reference.check(("now", &twice));
+    let refused = reference.check(NamedDataset::new("now", &twice));
     let Err(CheckError::SameRows { first, second }) = refused else { panic!("{refused:?}") };
     assert_eq!((first, second), (known.sentinels[0].0.clone(), format!("{} again", known.sentinels[0].0)));
     assert_eq!(rows_again(&twice, &now), Some(SENTINELS));
@@ -308,21 +313,22 @@ fn what_says_too_little_or_the_same_twice_is_refused() {
 #[test]
 fn other_loads_are_another_set_up() {
     let known = known();
-    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let reference = CheckReference::new(&known.calibration, NamedDataset::new("then", &known.campaign)).unwrap();
     let now = Cell::new().measured(&known.sentinels, 3);
     let upside_down = Dataset { gravity: -now.gravity, ..now.clone() };
-    let refused = reference.check(("now", &upside_down));
+    let refused = reference.check(NamedDataset::new("now", &upside_down));
     assert!(matches!(refused, Err(CheckError::OtherLoads { field: "gravity_m_s2", .. })), "{refused:?}");
     // Standard gravity with more digits is the same.
     let rounded = Dataset { gravity: now.gravity + Vector3::new(0.0, 0.0, 0.004), ..now };
-    assert!(reference.check(("now", &rounded)).is_ok());
+    assert!(reference.check(NamedDataset::new("now", &rounded)).is_ok());
 }
 
 #[test]
 fn another_calibration_has_another_digest() {
     let known = known();
-    let digests =
-        |calibration: &Calibration, campaign: &Dataset| CheckReference::new(calibration, ("then", campaign)).unwrap().digests();
+    let digests = |calibration: &Calibration, campaign: &Dataset| {
+        CheckReference::new(calibration, NamedDataset::new("then", campaign)).unwrap().digests()
+    };
     let [calibration, campaign] = digests(&known.calibration, &known.campaign);
     assert_eq!((calibration.len(), campaign.len()), (16, 16));
     let mut other = known.calibration.clone();
@@ -334,8 +340,8 @@ fn another_calibration_has_another_digest() {
 /// Checks of a cell one after the other, the cell of each given by its number.
 fn courses(known: &Known, checks: u64, seed: u64, cell: impl Fn(u64) -> Cell) -> Charts {
     let measured: Vec<Dataset> = (0..checks).map(|k| cell(k).measured(&known.sentinels, seed * 1000 + k)).collect();
-    let named: Vec<(&str, &Dataset)> = measured.iter().map(|d| ("now", d)).collect();
-    let reference = CheckReference::new(&known.calibration, ("then", &known.campaign)).unwrap();
+    let named: Vec<NamedDataset<'_>> = measured.iter().map(|d| NamedDataset::new("now", d)).collect();
+    let reference = CheckReference::new(&known.calibration, NamedDataset::new("then", &known.campaign)).unwrap();
     Charts::of(&reference, &named).unwrap()
 }
 

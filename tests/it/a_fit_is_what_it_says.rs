@@ -9,7 +9,7 @@ use calibench::identify::calibration::{read_calibration, write_calibration};
 use calibench::identify::fit::{Fit, Outcome, check_nested, fit, fit_larger, independent_parameters};
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::statics::Payload;
 use calibench::robot::{FramePose, Robot, built_in};
@@ -110,7 +110,7 @@ fn campaign(case: &Case) -> Dataset {
     let mut data = nominal(case, &mut between);
     let truth = Model::of(&TRUTH);
     let residuals = {
-        let problem = Problem::new(&[("d", &data)], &truth, Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("d", &data)], &truth, Use::Fit).unwrap();
         let mut values = problem.start();
         for (value, p) in values.iter_mut().zip(problem.parameters()) {
             *value = match p.effect.as_str() {
@@ -135,8 +135,11 @@ fn coverage(lacking: &[&str], robots: u64) -> [f64; 2] {
         let mut random = ChaCha8Rng::seed_from_u64(case.seed);
         let mut between = |low: f64, high: f64| random.random_range(low..high);
         let mut data = nominal(&case, &mut between);
-        let problem = Problem::new(&[("d", &data)], &lacking.iter().fold(Model::paper(), |m, e| m.with(e)), Use::Fit).unwrap();
-        let told = independent_parameters(&Problem::new(&[("d", &data)], &Model::paper(), Use::Fit).unwrap()).unwrap();
+        let problem =
+            Problem::new(&[NamedDataset::new("d", &data)], &lacking.iter().fold(Model::paper(), |m, e| m.with(e)), Use::Fit)
+                .unwrap();
+        let told = independent_parameters(&Problem::new(&[NamedDataset::new("d", &data)], &Model::paper(), Use::Fit).unwrap())
+            .unwrap();
         let mut truth = problem.start();
         for (k, p) in problem.parameters().iter().enumerate() {
             if told.contains(&k) || lacking.contains(&p.effect.as_str()) {
@@ -149,7 +152,7 @@ fn coverage(lacking: &[&str], robots: u64) -> [f64; 2] {
         };
         let truths: Vec<(String, f64)> = problem.parameters().iter().map(|p| (p.name.clone(), of(&p.name).unwrap())).collect();
         measure(&mut data, &residuals, &mut between);
-        let c = identify(&[("d", &data)], &Model::paper()).unwrap();
+        let c = identify(&[NamedDataset::new("d", &data)], &Model::paper()).unwrap();
         for e in &c.estimates {
             let truth = truths.iter().find(|(name, _)| *name == e.name).unwrap().1;
             for (held, sigma) in held.iter_mut().zip([e.sigma, e.sigma_noise]) {
@@ -193,13 +196,13 @@ fn paper_and(extras: &[&str]) -> Model {
 }
 
 fn rms(c: &Calibration, data: &Dataset) -> f64 {
-    let residuals = c.predict(&[("d", data)], Use::Fit).unwrap().residuals;
+    let residuals = c.predict(&[NamedDataset::new("d", data)], Use::Fit).unwrap().residuals;
     (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt()
 }
 
 /// Faults of one model of a case.
 fn judge(data: &Dataset, extras: &[&str], smaller: &[(&Problem, &Fit)], file: &Path) -> (Problem, Fit, Vec<String>) {
-    let named = [("d", data)];
+    let named = [NamedDataset::new("d", data)];
     let model = paper_and(extras);
     let problem = Problem::new(&named, &model, Use::Fit).unwrap();
     let mut found = fit(&problem).unwrap();

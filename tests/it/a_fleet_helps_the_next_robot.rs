@@ -8,7 +8,7 @@ use calibench::identify::calibration::Calibration;
 use calibench::identify::fleet::{Fleet, FleetError, PriorUsed, SeemOne, identify_with_fleet, read_fleet, write_fleet};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM, URAD};
@@ -96,7 +96,7 @@ fn model() -> Model {
 
 /// Mean error at the rows that are judged, m.
 fn error(calibration: &Calibration, data: &Dataset) -> f64 {
-    let predicted = calibration.predict(&[("d", data)], Use::Validation).expect("predicted");
+    let predicted = calibration.predict(&[NamedDataset::new("d", data)], Use::Validation).expect("predicted");
     predicted.residuals.iter().map(|r| r.norm()).sum::<f64>() / predicted.residuals.len() as f64
 }
 
@@ -122,7 +122,7 @@ fn fleet_of(of: &Robot, robots: usize, gear: f64, rng: &mut ChaCha8Rng) -> Fleet
 /// The fleet of so many robots, each with a campaign of its own.
 fn fleet_from(robots: usize, mut campaign: impl FnMut() -> Dataset) -> Fleet {
     let calibrations: Vec<Calibration> =
-        (0..robots).map(|_| identify(&[("d", &campaign())], &model()).expect("a calibration")).collect();
+        (0..robots).map(|_| identify(&[NamedDataset::new("d", &campaign())], &model()).expect("a calibration")).collect();
     let names: Vec<String> = (0..robots).map(|k| format!("robot {k}")).collect();
     Fleet::of(&names.iter().map(String::as_str).zip(&calibrations).collect::<Vec<_>>()).expect("a fleet")
 }
@@ -155,9 +155,10 @@ fn beside_none(trials: u64, seed: u64, draw: impl Fn(&mut ChaCha8Rng) -> (Fleet,
     let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
     for trial in 0..trials {
         let (fleet, data) = draw(&mut ChaCha8Rng::seed_from_u64(seed + trial));
-        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+        let (with, judged) = identify_with_fleet(&[NamedDataset::new("d", &data)], &model(), &fleet).expect("with the fleet");
         refused += usize::from(judged.used != PriorUsed::Fleet);
-        let (with, without) = (error(&with, &data), error(&identify(&[("d", &data)], &model()).expect("alone"), &data));
+        let (with, without) =
+            (error(&with, &data), error(&identify(&[NamedDataset::new("d", &data)], &model()).expect("alone"), &data));
         sums = [sums[0] + without / MM, sums[1] + with / MM];
         worse += usize::from(with > 1.05 * without);
     }
@@ -216,10 +217,10 @@ fn a_fleet_helps_where_points_are_few() {
     for _ in 0..4 {
         let arm = deviating(&typical, APART, &mut rng);
         let data = measured(&arm, 10, &mut rng);
-        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+        let (with, judged) = identify_with_fleet(&[NamedDataset::new("d", &data)], &model(), &fleet).expect("with the fleet");
         assert_eq!(judged.used, PriorUsed::Fleet, "{judged:?}");
         fleets += error(&with, &data);
-        alone += error(&identify(&[("d", &data)], &model()).expect("alone"), &data);
+        alone += error(&identify(&[NamedDataset::new("d", &data)], &model()).expect("alone"), &data);
     }
     assert!(fleets < 0.8 * alone, "{fleets} {alone}");
 }
@@ -232,10 +233,11 @@ fn a_robot_of_another_kind_is_told_and_not_harmed() {
     for points in [20, 40] {
         let other = kind(&mut rng);
         let data = measured(&deviating(&other, APART, &mut rng), points, &mut rng);
-        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("without the fleet");
+        let (with, judged) =
+            identify_with_fleet(&[NamedDataset::new("d", &data)], &model(), &fleet).expect("without the fleet");
         assert!(judged.used != PriorUsed::Fleet && judged.chance < 0.01, "{judged:?}");
         if judged.used == PriorUsed::None {
-            let alone = identify(&[("d", &data)], &model()).expect("alone");
+            let alone = identify(&[NamedDataset::new("d", &data)], &model()).expect("alone");
             assert_eq!(error(&with, &data), error(&alone, &data));
         }
     }
@@ -245,7 +247,7 @@ fn a_robot_of_another_kind_is_told_and_not_harmed() {
 fn what_makes_no_fleet_is_refused_by_name() {
     let mut rng = ChaCha8Rng::seed_from_u64(33);
     let typical = kind(&mut rng);
-    let once = identify(&[("d", &measured(&typical, 40, &mut rng))], &model()).expect("a calibration");
+    let once = identify(&[NamedDataset::new("d", &measured(&typical, 40, &mut rng))], &model()).expect("a calibration");
     assert_eq!(Fleet::of(&[("a", &once)]), Err(FleetError::OneRobot));
     let twice = Fleet::of(&[("a", &once), ("b", &once)]);
     assert_eq!(twice, Err(FleetError::SameRobot { name: "b".into(), other: "a".into() }));
@@ -254,7 +256,7 @@ fn what_makes_no_fleet_is_refused_by_name() {
     robot.links[1].mdh.a += 0.1;
     robot.name = "longer".into();
     data.robot = Arc::new(robot);
-    let other = identify(&[("d", &data)], &model()).expect("a calibration");
+    let other = identify(&[NamedDataset::new("d", &data)], &model()).expect("a calibration");
     assert!(matches!(Fleet::of(&[("a", &once), ("b", &other)]), Err(FleetError::OtherType { .. })));
     assert!(Fleet::of(&[]).is_err());
 }
@@ -267,8 +269,9 @@ fn one_robot_measured_twice_seems_to_be_one() {
         let arm = kind(&mut rng);
         // Much more alike than robots of a type are.
         let alike = deviating(&arm, 0.1, &mut rng);
-        let calibrated =
-            |arm: &Robot, rng: &mut ChaCha8Rng| identify(&[("d", &measured(arm, 200, rng))], &model()).expect("a calibration");
+        let calibrated = |arm: &Robot, rng: &mut ChaCha8Rng| {
+            identify(&[NamedDataset::new("d", &measured(arm, 200, rng))], &model()).expect("a calibration")
+        };
         let [monday, tuesday, other] = [&arm, &arm, &alike].map(|arm| calibrated(arm, &mut rng));
         assert_eq!(SeemOne::of(&[("monday", &monday), ("other", &other)]), [], "trial {trial}");
         let found = SeemOne::of(&[("monday", &monday), ("other", &other), ("tuesday", &tuesday)]);

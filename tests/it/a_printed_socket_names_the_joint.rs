@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::dataset::{Dataset, Measured, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, SampleSet};
 use calibench::residuals::comparison::{Comparison, Subject};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
@@ -90,9 +90,9 @@ fn a_tenth_of_a_degree_is_named(set_up: &str, anew: bool) {
         let mut random = ChaCha8Rng::seed_from_u64(100 + seed as u64);
         for trial in 0..TRIALS {
             let [before, mut after] = halves(&whole, &mut random);
-            let calibration = identify(&[("d", &before)], &Model::default_for(&before)).unwrap();
+            let calibration = identify(&[NamedDataset::new("d", &before)], &Model::default_for(&before)).unwrap();
             let calibration = if anew { calibration.set_up_anew() } else { calibration };
-            let compare = |data: &Dataset| Comparison::of(&calibration, &[("d", data)], Use::All).unwrap();
+            let compare = |data: &Dataset| Comparison::of(&calibration, &[NamedDataset::new("d", data)], Use::All).unwrap();
             alarms += usize::from(named(&compare(&after), 0.0).is_some());
             let (joint, by) = (VISIBLE[trial % VISIBLE.len()], if random.random() { 0.1 } else { -0.1 } * DEG);
             after.samples.iter_mut().for_each(|s| s.q[joint - 1] += by);
@@ -162,8 +162,10 @@ pub fn spread_at_places_left_out(dataset: &Dataset, model: &Model) -> f64 {
                 sample.set = SampleSet::Validation;
             }
         }
-        let calibration = identify(&[("d", &split)], model).unwrap_or_else(|e| panic!("{left_out}: {e}"));
-        let prediction = calibration.predict(&[("d", &split)], Use::Validation).unwrap_or_else(|e| panic!("{left_out}: {e}"));
+        let calibration = identify(&[NamedDataset::new("d", &split)], model).unwrap_or_else(|e| panic!("{left_out}: {e}"));
+        let prediction = calibration
+            .predict(&[NamedDataset::new("d", &split)], Use::Validation)
+            .unwrap_or_else(|e| panic!("{left_out}: {e}"));
         assert!(prediction.refitted.iter().all(|name| name.starts_with("ball:")), "{:?}", prediction.refitted);
         // Deviations of the seatings of a hole from their own mean: where the hole is judges nobody.
         let held: Vec<_> = split.samples.iter().filter(|s| s.set == SampleSet::Validation).collect();

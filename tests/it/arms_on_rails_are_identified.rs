@@ -16,7 +16,7 @@ use calibench::identify::calibration::{Calibration, read_calibration, write_cali
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::measure::poses::{ProbingPlan, write_plan};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::robot_file::to_toml;
@@ -137,12 +137,12 @@ fn with_errors(drawn: &Robot, c: &Calibration, random: &mut ChaCha8Rng) -> (Robo
 }
 
 fn fit(dataset: &Dataset, effects: &[&str]) -> Calibration {
-    identify(&[("data", dataset)], &Model::of(effects)).unwrap()
+    identify(&[NamedDataset::new("data", dataset)], &Model::of(effects)).unwrap()
 }
 
 /// One coordinate of the residuals at the rows held out, root mean square, m.
 fn held_out(c: &Calibration, dataset: &Dataset) -> f64 {
-    let residuals = c.predict(&[("data", dataset)], Use::Validation).unwrap().residuals;
+    let residuals = c.predict(&[NamedDataset::new("data", dataset)], Use::Validation).unwrap().residuals;
     (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / (3 * residuals.len()) as f64).sqrt()
 }
 

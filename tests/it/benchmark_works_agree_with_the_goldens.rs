@@ -6,6 +6,7 @@ use crate::works::golden;
 use crate::works::trial::{Outcome, Trial, check};
 use calibench::identify::Adjustment;
 use calibench::identify::problem::{Problem, ProblemError, Use};
+use calibench::measure::dataset::NamedDataset;
 use calibench::measure::poses::selection::{Candidates, Quota, Request, select};
 
 #[test]
@@ -25,7 +26,7 @@ fn w2_ends_at_the_parameters_of_scipy_whatever_was_identified_before() {
     for (sample, other) in started.samples.iter_mut().zip(works::centring_starts()) {
         sample.q = other.q;
     }
-    let mut problem = Problem::new(&[("w2", &started)], &works::frozen_torques(), Use::Fit).unwrap();
+    let mut problem = Problem::new(&[NamedDataset::new("w2", &started)], &works::frozen_torques(), Use::Fit).unwrap();
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
@@ -40,7 +41,7 @@ fn w2_ends_at_the_parameters_of_scipy_whatever_was_identified_before() {
 fn samples_of_another_plan_are_refused_and_change_nothing() {
     let model = golden::golden_model();
     let dataset = works::centred(&model);
-    let mut problem = Problem::new(&[("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
+    let mut problem = Problem::new(&[NamedDataset::new("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
     let before = problem.residuals(&problem.start());
     let mut swapped = dataset.samples.clone();
     let other = swapped.iter().position(|s| s.measured != swapped[0].measured).unwrap();

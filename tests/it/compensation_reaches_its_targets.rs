@@ -5,7 +5,7 @@ use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
 use calibench::compensate::{Compensator, Desired, Task, WorkFrame};
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, built_in};
 use calibench::units::UM;
@@ -50,7 +50,7 @@ pub fn largest_error(calibration: &Calibration, reached: &[(Vec<f64>, Pose)], pa
         let shift = calibration.setups[0].tool.pose().rotation * Vector3::from(*offset);
         let tool = of_point.estimates.iter_mut().filter(|e| e.effect == "tool_frame");
         tool.zip(shift.iter()).for_each(|(estimate, shift)| estimate.value += shift);
-        let prediction = of_point.predict(&[("cell", &dataset)], Use::All).unwrap();
+        let prediction = of_point.predict(&[NamedDataset::new("cell", &dataset)], Use::All).unwrap();
         assert!(prediction.refitted.is_empty() && prediction.from_fit_rows.is_empty(), "nothing is fitted to what is judged");
         prediction.residuals.iter().map(|r| r.norm()).fold(0.0, f64::max)
     };

@@ -5,7 +5,7 @@ use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
 use calibench::compensate::{Compensator, Desired, Fake, Task, WorkFrame};
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::{FramePose, built_in};
 use calibench::units::MM;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -36,7 +36,7 @@ fn tcp(calibration: &Calibration, q: &[f64]) -> Vector3<f64> {
         samples: vec![sample],
         ..Dataset::default()
     };
-    -calibration.predict(&[("cell", &dataset)], Use::All).unwrap().residuals[0]
+    -calibration.predict(&[NamedDataset::new("cell", &dataset)], Use::All).unwrap().residuals[0]
 }
 
 #[test]

@@ -13,7 +13,7 @@ use calibench::identify::calibration::{Calibration, read_calibration, write_cali
 use calibench::identify::model_file::{read_model, write_model};
 use calibench::identify::problem::{Problem, ProblemError, Use, missing};
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::sites::{MdhEntry, Site};
 use calibench::robot::statics::Payload;
@@ -69,7 +69,7 @@ fn a_few_lines_of_toml_make_an_effect() {
 
     // Identified like any other: the coefficients come back, with their uncertainties.
     let data = measured(&model);
-    let calibration = identify(&[("d", &data)], &model).unwrap();
+    let calibration = identify(&[NamedDataset::new("d", &data)], &model).unwrap();
     for (name, truth) in TRUE_COEFFICIENTS.into_iter().take(3) {
         let found = calibration.estimate(name).unwrap();
         let (value, sigma) = (found.unit.from_si(found.value), found.unit.from_si(found.sigma));
@@ -78,7 +78,7 @@ fn a_few_lines_of_toml_make_an_effect() {
     }
 
     // Without it, the ripple is left in the residuals: 0.006 deg at half a metre are 40 um.
-    let without = identify(&[("d", &data)], &Model::of(&["base_frame", "mdh"])).unwrap();
+    let without = identify(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame", "mdh"])).unwrap();
     assert!(without.chi2_per_dof > 1.5 && calibration.chi2_per_dof < 1.2);
 
     // A calibration keeps its effects, and predicts with them when it is read again.
@@ -86,7 +86,7 @@ fn a_few_lines_of_toml_make_an_effect() {
     write_calibration(&Calibration { robot_reference: "kr6_r700".into(), ..calibration.clone() }, &file).unwrap();
     let read = read_calibration(&file).unwrap();
     assert_eq!(read.model.own, model.own);
-    let errors = |c: &Calibration| c.predict(&[("d", &data)], Use::All).unwrap().residuals;
+    let errors = |c: &Calibration| c.predict(&[NamedDataset::new("d", &data)], Use::All).unwrap().residuals;
     let apart = errors(&calibration).iter().zip(errors(&read)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(apart < 1e-9, "files keep nine decimals, and these predictions are {apart} m apart");
 
@@ -128,12 +128,12 @@ fn what_an_expression_needs_must_be_measured() {
         let effect = model.own[0].build(&subject).unwrap();
         assert_eq!(missing(effect.as_ref(), &data, &model, Use::Fit), Some(needs));
         assert!(
-            matches!(identify(&[("d", &data)], &model).unwrap_err().to_string(), e if e.contains("'own'") && e.contains(needs))
+            matches!(identify(&[NamedDataset::new("d", &data)], &model).unwrap_err().to_string(), e if e.contains("'own'") && e.contains(needs))
         );
     }
     // Where an expression has no value, the sample and the expression are named.
     let model = with_basis("ln(q2 + 1)");
-    match Problem::new(&[("d", &data)], &model, Use::Fit).err().unwrap() {
+    match Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).err().unwrap() {
         ProblemError::NoValue { effect, sample, expression } => {
             assert_eq!(effect, "own");
             let q2 = data.samples.iter().find(|s| s.id == sample).unwrap().q[1];
@@ -197,17 +197,17 @@ fn a_family_of_a_third_party_is_fitted_and_offered_like_any_other() {
     let registry = Registry::default().with(&CABLE).unwrap();
     let model = Model { registry, ..Model::of(&["base_frame", "mdh", "cable_drag"]) };
     let data = measured(&model);
-    let calibration = identify(&[("d", &data)], &model).unwrap();
+    let calibration = identify(&[NamedDataset::new("d", &data)], &model).unwrap();
     let found = calibration.estimate("cable_drag.c").unwrap();
     let (value, sigma) = (found.value / URAD, found.sigma / URAD);
     assert!((value - CABLE_DRAG).abs() < 4.0 * sigma && CABLE_DRAG > 8.0 * sigma, "{value} +- {sigma} urad");
 
     let without = model.without("cable_drag");
-    let offered = Library::new(&[("d", &data)], &without);
+    let offered = Library::new(&[NamedDataset::new("d", &data)], &without);
     assert!(offered.place("cable_drag").is_some(), "a diagnosis finds it among all others");
     // A program that does not know it says so.
     let unknown = Model::of(&["base_frame", "cable_drag"]);
-    let error = identify(&[("d", &data)], &unknown).unwrap_err().to_string();
+    let error = identify(&[NamedDataset::new("d", &data)], &unknown).unwrap_err().to_string();
     assert!(error.contains("'cable_drag'"), "{error}");
     assert!(matches!(model.registry.clone().with(&CABLE), Err(EffectError::Taken { .. })));
 }
@@ -228,7 +228,7 @@ fn measured(model: &Model) -> Dataset {
     let noise = Noise { point: Some(NOISE), ..Noise::default() };
     let mut data =
         Dataset { samples: samples.collect(), robot: robot.clone(), base, tool, payloads, noise, ..Dataset::default() };
-    let problem = Problem::new(&[("d", &data)], model, Use::Fit).unwrap();
+    let problem = Problem::new(&[NamedDataset::new("d", &data)], model, Use::Fit).unwrap();
     let truth = |name: &str| TRUE_COEFFICIENTS.iter().find(|(n, _)| *n == name).map_or(0.0, |(_, value)| *value);
     let values: Vec<f64> = problem.parameters().iter().map(|p| p.spec.unit.to_si(truth(&p.name))).collect();
     for (sample, residual) in data.samples.iter_mut().zip(problem.residuals(&values)) {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use calibench::diagnosis::{Diagnosis, diagnose};
 use calibench::identify::Model;
 use calibench::identify::problem::{Parameter, Problem, Use};
-use calibench::measure::dataset::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::statics::Payload;
 use calibench::robot::{FramePose, built_in, rotation_vector};
@@ -70,7 +70,7 @@ pub fn cell() -> Dataset {
 pub fn make_true(data: &mut Dataset, model: &Model, values: &[f64]) {
     // Readings enter some effects, with thousandths of their size.
     for _ in 0..5 {
-        let problem = Problem::new(&[("d", data)], model, Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("d", data)], model, Use::Fit).unwrap();
         let residuals = problem.residuals(values);
         let (robot, base, tool) = (data.robot.clone(), data.base, data.tool);
         for (sample, residual) in data.samples.iter_mut().zip(problem.orientation_residuals(values)) {
@@ -123,7 +123,7 @@ pub fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> 
     data.balls.truncate(6);
     data.noise = Noise { ball: Some(5.0 * UM), point: Some(5.0 * UM), joint: Vec::new(), ..Noise::default() };
     let model = Model::of(&["base_frame", effect]);
-    let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
+    let problem = Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).unwrap();
     let of = |p: &Parameter| if p.effect == effect { size(p) * p.spec.prior } else { 0.0 };
     let sizes: Vec<f64> = problem.parameters().iter().map(of).collect();
     make_true(&mut data, &model, &sizes);
@@ -136,5 +136,5 @@ pub fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> 
             _ => {}
         }
     }
-    diagnose(&[("d", &data)], &Model::of(&["base_frame"])).unwrap()
+    diagnose(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame"])).unwrap()
 }

@@ -12,7 +12,7 @@ use calibench::effects::{Effect, Needs, Subject, build};
 use calibench::identify::fit::{Fit, fit};
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, TorquePosture};
-use calibench::measure::dataset::{Dataset, Orientation, ToolTarget};
+use calibench::measure::dataset::{Dataset, NamedDataset, Orientation, ToolTarget};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::rotation_vector;
 use calibench::units::UM;
@@ -83,9 +83,9 @@ fn what_is_injected_is_recovered() {
         // By the data alone.
         model.width.insert(id.clone(), f64::INFINITY);
         let mut data = cell.clone();
-        let truth = injected(&Problem::new(&[("d", &data)], &model, Use::Fit).unwrap());
+        let truth = injected(&Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).unwrap());
         make_true(&mut data, &model, &truth);
-        let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).unwrap();
         let found: Fit = fit(&problem).unwrap_or_else(|e| panic!("{id}: {e}"));
         assert!(found.rms < 0.01 * UM, "{id}: rms {:.3} um is left", found.rms / UM);
         if id == "mdh" {
@@ -110,7 +110,7 @@ fn columns_are_derivatives_of_the_exact_model() {
         let mut effects = vec![id.as_str()];
         effects.extend(others);
         let model = Model { torque_posture: TorquePosture::Drawn, ..Model::of(&effects) };
-        let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).unwrap();
         let at: Vec<f64> =
             problem.parameters().iter().enumerate().map(|(k, p)| p.spec.prior * ((k as f64 * 1.7).sin())).collect();
         let columns: Vec<usize> = (0..problem.parameters().len()).filter(|&k| problem.parameters()[k].effect == id).collect();
@@ -147,13 +147,13 @@ fn columns_are_derivatives_of_the_exact_model() {
 #[test]
 fn zero_size_changes_nothing() {
     let data = cell();
-    let plain = Problem::new(&[("d", &data)], &Model::of(&["base_frame"]), Use::Fit).unwrap();
+    let plain = Problem::new(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame"]), Use::Fit).unwrap();
     let before = plain.residuals(&plain.start());
     let balls = data.ball_ids();
     let subject = Subject::new(&data.robot, &balls);
     for id in ids(&subject) {
         let model = model(build(&id, &subject).unwrap().as_ref());
-        let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("d", &data)], &model, Use::Fit).unwrap();
         assert_eq!(problem.residuals(&problem.start()), before, "{id}");
         let moves = problem.plain_jacobian(&problem.start(), &(0..problem.parameters().len()).collect::<Vec<_>>());
         let of_effect = problem.parameters().iter().enumerate().filter(|(_, p)| p.effect == id);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
 use calibench::identify::problem::{ProblemError, Use};
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Anchor, Ball, BallDistance, Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
@@ -114,7 +114,7 @@ fn geometry() -> Model {
 }
 
 fn fit(dataset: &Dataset) -> Calibration {
-    identify(&[("data", dataset)], &geometry()).unwrap()
+    identify(&[NamedDataset::new("data", dataset)], &geometry()).unwrap()
 }
 
 /// That the errors of the arm were found.
@@ -264,14 +264,14 @@ fn campaigns() -> [Dataset; 2] {
     })
 }
 
-fn largest(c: &Calibration, datasets: &[(&str, &Dataset)]) -> f64 {
+fn largest(c: &Calibration, datasets: &[NamedDataset<'_>]) -> f64 {
     c.predict(datasets, Use::Validation).unwrap().residuals.iter().map(|r| r.norm()).fold(0.0, f64::max)
 }
 
 #[test]
 fn several_folders_are_one_robot_with_its_own_base_and_tool_in_each() {
     let [a, b] = campaigns();
-    let both = identify(&[("A", &a), ("B", &b)], &geometry()).unwrap();
+    let both = identify(&[NamedDataset::new("A", &a), NamedDataset::new("B", &b)], &geometry()).unwrap();
     for name in ["base_x@A", "base_rz@A", "tool_z@A", "base_x@B", "base_rx@B", "tool_x@B", "a2"] {
         assert!(both.estimate(name).is_some(), "{name}");
     }
@@ -285,7 +285,8 @@ fn several_folders_are_one_robot_with_its_own_base_and_tool_in_each() {
     let path = folder.path().join("both.toml");
     write_calibration(&both, &path).unwrap();
     let read = read_calibration(&path).unwrap();
-    for judged in [&[("A", &a), ("B", &b)][..], &[("B", &b)], &[("A", &a)]] {
+    let (of_a, of_b) = (NamedDataset::new("A", &a), NamedDataset::new("B", &b));
+    for judged in [&[of_a, of_b][..], &[of_b], &[of_a]] {
         let (before, after) = (both.predict(judged, Use::Validation).unwrap(), read.predict(judged, Use::Validation).unwrap());
         assert!(before.refitted.is_empty() && before.from_fit_rows.is_empty(), "all set-ups are known");
         assert!(before.residuals.iter().zip(&after.residuals).all(|(x, y)| (x - y).norm() < 1e-12));
@@ -293,15 +294,15 @@ fn several_folders_are_one_robot_with_its_own_base_and_tool_in_each() {
     }
 
     // The robot of one campaign, judged in the other: set up again on its rows for fitting, and said so.
-    let only_a = identify(&[("A", &a)], &geometry()).unwrap().set_up_anew();
-    let there = only_a.predict(&[("B", &b)], Use::Validation).unwrap();
+    let only_a = identify(&[NamedDataset::new("A", &a)], &geometry()).unwrap().set_up_anew();
+    let there = only_a.predict(&[NamedDataset::new("B", &b)], Use::Validation).unwrap();
     assert_eq!(there.from_fit_rows.len(), 9, "{:?}", there.from_fit_rows);
-    assert!(there.refitted.is_empty() && largest(&only_a, &[("B", &b)]) < EXACT);
+    assert!(there.refitted.is_empty() && largest(&only_a, &[NamedDataset::new("B", &b)]) < EXACT);
     let sole = Dataset { samples: b.samples.iter().filter(|s| s.set == SampleSet::Validation).cloned().collect(), ..b.clone() };
-    let there = only_a.predict(&[("B", &sole)], Use::Validation).unwrap();
+    let there = only_a.predict(&[NamedDataset::new("B", &sole)], Use::Validation).unwrap();
     assert_eq!((there.refitted.len(), there.from_fit_rows.len()), (9, 0), "no other rows to take it from");
 
-    let twice = identify(&[("A", &a), ("A", &b)], &geometry());
+    let twice = identify(&[NamedDataset::new("A", &a), NamedDataset::new("A", &b)], &geometry());
     assert!(matches!(twice, Err(IdentifyError::Problem(ProblemError::SameName { .. }))));
 }
 
@@ -319,11 +320,11 @@ fn free_balls_of_several_folders_keep_to_themselves() {
         dataset
     };
     let (a, b) = (one(7, 0.0), one(8, 0.2));
-    let both = identify(&[("A", &a), ("B", &b)], &geometry()).unwrap();
+    let both = identify(&[NamedDataset::new("A", &a), NamedDataset::new("B", &b)], &geometry()).unwrap();
     assert_found(&both, EXACT);
     assert!(both.estimate("ball:1.x@A").is_some() && both.estimate("ball:1.x@B").is_some());
     // Judged alone, a folder keeps its own balls.
-    let alone = both.predict(&[("B", &b)], Use::Validation).unwrap();
+    let alone = both.predict(&[NamedDataset::new("B", &b)], Use::Validation).unwrap();
     assert!(alone.refitted.is_empty() && alone.from_fit_rows.is_empty(), "{:?}", alone.refitted);
     assert!(alone.residuals.iter().all(|r| r.norm() < EXACT));
 }

@@ -6,6 +6,7 @@ use crate::works::golden;
 use crate::works::trial::Trial;
 use calibench::identify::Adjustment;
 use calibench::identify::problem::{Problem, Use};
+use calibench::measure::dataset::NamedDataset;
 use nalgebra::Vector3;
 
 /// Number of allocations by `work` in this thread: other tests, and the one that waits for them, do not count.
@@ -34,7 +35,7 @@ fn hot_loops_do_not_allocate() {
     assert_eq!(kinematics, 0);
 
     let dataset = works::centred(&model);
-    let mut problem = Problem::new(&[("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
+    let mut problem = Problem::new(&[NamedDataset::new("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();

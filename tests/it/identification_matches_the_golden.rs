@@ -7,7 +7,7 @@ use std::sync::Arc;
 use calibench::identify::fit::fit;
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, TorquePosture, identify};
-use calibench::measure::dataset::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
 
 /// The goldens were converged to rounding; the columns are scaled to metres, so this is in metres of TCP displacement per column.
 const SAME_MINIMUM: f64 = 1e-9;
@@ -65,7 +65,7 @@ fn golden_name(name: &str) -> String {
 #[test]
 fn parameters_and_sigmas_are_those_of_scipy() {
     let (dataset, truth) = (measured(), golden::read("identify_w2.json"));
-    let calibration = identify(&[("w2", &dataset)], &frozen()).unwrap();
+    let calibration = identify(&[NamedDataset::new("w2", &dataset)], &frozen()).unwrap();
     let names: Vec<&str> = truth["names"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
     let (rho, sigma) = (golden::numbers(&truth["rho"]), golden::numbers(&truth["stddev"]));
     assert_eq!(calibration.rank, 31, "unresolved: {:?}", calibration.unresolved);
@@ -90,7 +90,7 @@ fn what_the_paper_leaves_out_is_found_by_rank() {
     let mut model = Model::of(&["base_frame", "mdh", "joint_compliance", "tool_frame"]);
     // As free as the links: no plausible size stands in for what the data do not tell.
     model.width.insert("tool_frame".into(), f64::INFINITY);
-    let calibration = identify(&[("w2", &dataset)], &model).unwrap();
+    let calibration = identify(&[NamedDataset::new("w2", &dataset)], &model).unwrap();
     let left_out: Vec<&str> = calibration.unresolved.iter().map(|g| g[0].as_str()).collect();
     for name in ["alpha0", "a0", "d1", "theta1", "d2", "c1", "tool_z"] {
         assert!(left_out.contains(&name), "{name} should be unresolved; got {left_out:?}");
@@ -106,7 +106,7 @@ fn what_the_paper_leaves_out_is_found_by_rank() {
 fn a_tool_on_axis_six_loses_four_parameters() {
     let mut dataset = measured();
     dataset.tool.xyz = [0.0, 0.0, -0.15];
-    let problem = Problem::new(&[("axis", &dataset)], &Model::paper(), Use::Fit).unwrap();
+    let problem = Problem::new(&[NamedDataset::new("axis", &dataset)], &Model::paper(), Use::Fit).unwrap();
     let fit = fit(&problem).unwrap();
     // The TCP is then one point of link 5: theta6 and c6 move nothing, d5 moves it as alpha5 does, theta5 as a5 does.
     assert_eq!(fit.rank(problem.parameters()), 27);
@@ -124,7 +124,7 @@ const NO_FARTHER: f64 = 0.05;
 #[test]
 fn no_parameter_would_rather_be_elsewhere_with_the_arm_weighed_where_it_stands() {
     let dataset = measured();
-    let mut problem = Problem::new(&[("w2", &dataset)], &Model::paper(), Use::Fit).unwrap();
+    let mut problem = Problem::new(&[NamedDataset::new("w2", &dataset)], &Model::paper(), Use::Fit).unwrap();
     let fit = fit(&problem).unwrap();
     assert!(fit.iterations <= 5, "weighed at every step, not after several: {} steps", fit.iterations);
     problem.update_loads(&fit.values);

@@ -10,7 +10,7 @@ use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
-use calibench::measure::dataset::{Dataset, Measured, Noise, Orientation, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Orientation, Sample, SampleSet};
 use calibench::residuals::noise::suspects;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, Robot, built_in};
@@ -107,7 +107,7 @@ fn every_column_of_an_orientation_is_its_derivative() {
     // Errors of the joints correlate position and orientation.
     dataset.noise.joint = vec![20.0 * ARCSEC; 6];
     let model = Model::of(&["base_frame", "mdh", "joint_compliance", "link_bending:2", PROBE_ROTATION]);
-    let problem = Problem::new(&[("", &dataset)], &model, Use::All).unwrap();
+    let problem = Problem::new(&[NamedDataset::new("", &dataset)], &model, Use::All).unwrap();
     assert_eq!(problem.row_count(), 36);
     // The derivatives neglect that a posture changes the loads, so nothing deflects here.
     let size = |effect: &str| if matches!(effect, "joint_compliance" | "link_bending:2") { 0.0 } else { 0.3 };
@@ -135,8 +135,8 @@ fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let twin = twin(&mut random);
         let dataset = measured(&twin, 60, &mut random);
-        let calibration = identify(&[("", &dataset)], &geometry()).unwrap();
-        let prediction = calibration.predict(&[("", &dataset)], Use::Validation).unwrap();
+        let calibration = identify(&[NamedDataset::new("", &dataset)], &geometry()).unwrap();
+        let prediction = calibration.predict(&[NamedDataset::new("", &dataset)], Use::Validation).unwrap();
         for (k, sample) in dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).enumerate() {
             let truth = truth(&twin, &sample.q);
             let Measured::Point(point) = sample.measured else { unreachable!() };
@@ -144,7 +144,7 @@ fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
             assert!(missed.norm() < 4.0 * POSITION, "seed {seed}: {missed:?}");
             assert!(prediction.orientations[k].unwrap().norm() < 6.0 * ANGLE, "seed {seed}: {:?}", prediction.orientations[k]);
         }
-        let problem = Problem::new(&[("", &dataset)], &geometry(), Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("", &dataset)], &geometry(), Use::Fit).unwrap();
         let fitted = fit(&problem).unwrap();
         (chi2, dof) = (chi2 + fitted.chi2, dof + fitted.dof);
         // Theta and d of the last link are those of the probe and the tool, too.
@@ -159,7 +159,7 @@ fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
         // By positions alone, what is believed of joint 6 remains what is plausible.
         let mut points = dataset.clone();
         points.samples.iter_mut().for_each(|s| s.orientation = None);
-        let blind = identify(&[("", &points)], &geometry()).unwrap();
+        let blind = identify(&[NamedDataset::new("", &points)], &geometry()).unwrap();
         let sigma = |c: &Calibration| c.estimate("harmonic1:6.sin").map(|e| e.sigma);
         assert!(sigma(&blind).is_none_or(|s| s > 20.0 * sigma(&calibration).unwrap()), "{:?}", sigma(&blind));
     }
@@ -178,16 +178,16 @@ fn an_orientation_that_slipped_is_a_suspect_and_no_other_is() {
         if seed % 2 == 1 {
             dataset.noise = Noise { orientation: Some([0.1, 10.0][seed as usize / 2 % 2] * ANGLE), ..Noise::default() };
         }
-        assert_eq!(suspects(&[("", &dataset)], &geometry()).unwrap(), [], "seed {seed}");
+        assert_eq!(suspects(&[NamedDataset::new("", &dataset)], &geometry()).unwrap(), [], "seed {seed}");
         // The probe was read while it was settling; its position is right.
         let slipped = dataset.samples[40].orientation.as_mut().unwrap();
         slipped.rotation = (Rotation3::new(Vector3::new(0.0, 30.0 * ANGLE, 0.0)) * slipped.world_from_tool()).scaled_axis();
-        let found = suspects(&[("", &dataset)], &geometry()).unwrap();
+        let found = suspects(&[NamedDataset::new("", &dataset)], &geometry()).unwrap();
         assert_eq!(found.iter().map(|s| s.sample.as_str()).collect::<Vec<_>>(), ["p40"], "seed {seed}");
         // Set aside, it says nothing of the orientation either.
         let aside = Model::of(&["base_frame", "mdh", "harmonic1:6", "outlier:p40"]);
-        let problem = Problem::new(&[("", &dataset)], &aside, Use::Fit).unwrap();
-        let all = Problem::new(&[("", &dataset)], &geometry(), Use::Fit).unwrap();
+        let problem = Problem::new(&[NamedDataset::new("", &dataset)], &aside, Use::Fit).unwrap();
+        let all = Problem::new(&[NamedDataset::new("", &dataset)], &geometry(), Use::Fit).unwrap();
         assert_eq!(problem.row_count() + 3, all.row_count());
     }
 }
@@ -199,7 +199,7 @@ fn a_hidden_gear_of_joint_6_is_named_and_nothing_where_nothing_is() {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             let mut dataset = measured(&twin(&mut random), 80, &mut random);
             dataset.noise = noise(seed);
-            let found = diagnose(&[("", &dataset)], model).unwrap();
+            let found = diagnose(&[NamedDataset::new("", &dataset)], model).unwrap();
             (found.verdict, found.set95)
         };
         (100..120).into_par_iter().map(judged).collect()

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::residuals::Validation;
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
@@ -46,9 +46,9 @@ fn models() -> [(&'static str, Model); 3] {
 }
 
 fn validate(dataset: &Dataset, model: &Model, anew: bool) -> Validation {
-    let calibration = identify(&[("data", dataset)], model).unwrap_or_else(|e| panic!("{e}"));
+    let calibration = identify(&[NamedDataset::new("data", dataset)], model).unwrap_or_else(|e| panic!("{e}"));
     let judged = if anew { calibration.set_up_anew() } else { calibration };
-    let prediction = judged.predict(&[("data", dataset)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
+    let prediction = judged.predict(&[NamedDataset::new("data", dataset)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
     Validation::of(&prediction).expect("rows are held out")
 }
 
@@ -79,7 +79,7 @@ fn ur10_by_poses() {
     let mut points = poses.clone();
     points.samples.iter_mut().for_each(|s| s.orientation = None);
     let known = |data: &Dataset, name: &str| {
-        let calibration = identify(&[("data", data)], &geometry).unwrap_or_else(|e| panic!("{e}"));
+        let calibration = identify(&[NamedDataset::new("data", data)], &geometry).unwrap_or_else(|e| panic!("{e}"));
         calibration.estimate(name).map(|e| (e.value, e.sigma))
     };
     for name in ["theta5", "d5"] {
@@ -89,7 +89,9 @@ fn ur10_by_poses() {
     }
     // With the gear of joint 6 in the model, positions leave its size as believed.
     let gear = Model::of(&["base_frame", "mdh", "harmonic1:6"]);
-    let sigma = |data: &Dataset| identify(&[("data", data)], &gear).unwrap().estimate("harmonic1:6.sin").map(|e| e.sigma_noise);
+    let sigma = |data: &Dataset| {
+        identify(&[NamedDataset::new("data", data)], &gear).unwrap().estimate("harmonic1:6.sin").map(|e| e.sigma_noise)
+    };
     let (by_poses, by_points) = (sigma(&poses).expect("poses show joint 6"), sigma(&points));
     assert!(by_points.is_none_or(|s| s > 5.0 * by_poses), "{by_points:?} rad by points, {by_poses} by poses");
 }
@@ -110,8 +112,10 @@ fn ur5_grid_to_random_poses() {
         // As the reference does it: base and tool fitted to the twenty poses themselves.
         let mut alone = dataset.clone();
         alone.samples.retain(|s| s.set == SampleSet::Validation);
-        let calibration = identify(&[("grid", &dataset)], &effects).unwrap_or_else(|e| panic!("{e}")).set_up_anew();
-        let prediction = calibration.predict(&[("random", &alone)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
+        let calibration =
+            identify(&[NamedDataset::new("grid", &dataset)], &effects).unwrap_or_else(|e| panic!("{e}")).set_up_anew();
+        let prediction =
+            calibration.predict(&[NamedDataset::new("random", &alone)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(prediction.refitted.len(), 9, "{:?}", prediction.refitted);
         let v = Validation::of(&prediction).expect("twenty");
         row("UR5", "20 random poses, frames refitted, mean", model, v.mean / MM, bar);
@@ -140,8 +144,8 @@ fn absurd(base: &FramePose) -> FramePose {
 fn an_absurd_base_changes_nothing() {
     for (name, dataset) in [("UR10", ur10()), ("UR5", ur5()), ("Panda 3", panda())] {
         let astray = Dataset { base: absurd(&dataset.base), ..dataset.clone() };
-        let fits =
-            [&dataset, &astray].map(|d| identify(&[("data", d)], &Model::paper()).unwrap_or_else(|e| panic!("{name}: {e}")));
+        let fits = [&dataset, &astray]
+            .map(|d| identify(&[NamedDataset::new("data", d)], &Model::paper()).unwrap_or_else(|e| panic!("{name}: {e}")));
         println!("{name}: {:.6} mm with the base given, {:.6} mm with an absurd one", fits[0].rms / MM, fits[1].rms / MM);
         // A nanometre: both stand at the same minimum.
         assert!((fits[0].rms - fits[1].rms).abs() < 1e-9, "{name}");

@@ -10,7 +10,7 @@ use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample};
 use calibench::residuals::Validation;
 use calibench::selection::Objection;
 use calibench::selection::hold_out::HoldOut;
@@ -20,7 +20,7 @@ use calibench::units::MM;
 use crate::oracles::data;
 
 /// A step has to prove itself on the data that are fitted, block by block.
-const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &[], checks: &[] };
+const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &[], checks: &[], worker: None };
 
 fn bring(format: &str, files: &[PathBuf], holdout: Option<Holdout>) -> Dataset {
     let options = ImportOptions { holdout, ..ImportOptions::default() };
@@ -37,17 +37,18 @@ fn ur10(files: &[&str], fraction: f64) -> Dataset {
     bring("ur10-ipa", &files.iter().map(|f| root.join(f)).collect::<Vec<_>>(), holdout)
 }
 
-fn rung_of(datasets: &[(&str, &Dataset)], model: &Model) -> LadderStep {
+fn rung_of(datasets: &[NamedDataset<'_>], model: &Model) -> LadderStep {
     ladder_step(datasets, model, NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn calibrate(dataset: &Dataset, model: &Model) -> Calibration {
-    identify(&[("calibrated", dataset)], model).unwrap_or_else(|e| panic!("{e}"))
+    identify(&[NamedDataset::new("calibrated", dataset)], model).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Rms, m, on rows of another campaign, its base and tool re-estimated.
 fn judged_on(calibration: &Calibration, dataset: &Dataset, which: Use) -> f64 {
-    let prediction = calibration.set_up_anew().predict(&[("judged", dataset)], which).unwrap_or_else(|e| panic!("{e}"));
+    let prediction =
+        calibration.set_up_anew().predict(&[NamedDataset::new("judged", dataset)], which).unwrap_or_else(|e| panic!("{e}"));
     Validation::of(&prediction).expect("there are rows").rms
 }
 
@@ -62,7 +63,7 @@ fn with(effects: &[&str]) -> Model {
 #[test]
 fn ur10_errs_seventeen_times_per_turn() {
     let (a, b) = (ur10(&[GRID], 0.0), ur10(&[CONFIGURATIONS], 0.0));
-    let named = [("A", &a)];
+    let named = [NamedDataset::new("A", &a)];
     let before = rung_of(&named, &Model::paper());
     let ripple = ["harmonic:2:17", "harmonic:1:17", "harmonic:3:17"];
     println!("UR10, {} samples of A, no hint given: {:?}", before.diagnosis.samples, found(&before.diagnosis));
@@ -93,7 +94,8 @@ fn ur10_error_curves_hold_on_rows_held_out() {
         [("geometry", Model::of(&["base_frame", "mdh"]), 0.46), ("+ compliance, curves", with(&curves), 0.11)]
     {
         let calibration = calibrate(&both, &model);
-        let prediction = calibration.predict(&[("calibrated", &both)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
+        let prediction =
+            calibration.predict(&[NamedDataset::new("calibrated", &both)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
         let rms = Validation::of(&prediction).expect("rows are held out").rms / MM;
         println!("| UR10, A and B, 30 % held out | {what:20} | {rms:.4} mm | bar {bar} |");
         assert!(rms <= bar, "{what}: {rms} mm");
@@ -109,7 +111,7 @@ fn ur10_error_curves_hold_in_another_campaign() {
     let curves = ["error_curve:1", "error_curve:2", "error_curve:3", "error_curve:4", "error_curve:5"];
     let before = judged_on(&calibrate(&a, &Model::of(&["base_frame", "mdh"])), &b, Use::Validation) / MM;
     let calibration = calibrate(&a, &with(&curves)).set_up_anew();
-    let prediction = calibration.predict(&[("B", &b)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
+    let prediction = calibration.predict(&[NamedDataset::new("B", &b)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
     let after = Validation::of(&prediction).expect("rows are held out").rms / MM;
     println!("| UR10, robot of A on B | geometry {before:.4} mm | + compliance, curves {after:.4} mm | bar 0.30 |");
     assert!(after <= 0.30, "{after} mm");
@@ -144,7 +146,7 @@ fn is_bad(sample: &Sample) -> bool {
 #[test]
 fn a_step_that_harms_another_campaign_is_refused() {
     let (a, b) = (ur10(&[GRID], 0.0), ur10(&[CONFIGURATIONS], 0.0));
-    let named = [("A", &a), ("B", &b)];
+    let named = [NamedDataset::new("A", &a), NamedDataset::new("B", &b)];
     let below = rung_of(&named, &with(&["harmonic:2:17"]));
     // The first joint's 17 per turn is A's; B, where that joint stood elsewhere, is predicted worse with it.
     assert_eq!(found(&below.diagnosis)[0], "harmonic:1:17");
@@ -163,7 +165,7 @@ fn a_step_that_harms_another_campaign_is_refused() {
 #[test]
 fn a_step_that_harms_a_campaign_that_only_judges_is_refused() {
     let (a, b) = (ur10(&[GRID], 0.0), ur10(&[CONFIGURATIONS], 0.0));
-    let (fitted, checks) = ([("A", &a)], [("B", &b)]);
+    let (fitted, checks) = ([NamedDataset::new("A", &a)], [NamedDataset::new("B", &b)]);
     let ground = HoldOut { checks: &checks, ..NOTHING_ELSE };
     let below = ladder_step(&fitted, &with(&["harmonic:2:17"]), ground).unwrap_or_else(|e| panic!("{e}"));
     let next = add(&fitted, &below, &["harmonic:1:17".to_owned()], ground).unwrap_or_else(|e| panic!("{e}"));
@@ -175,7 +177,8 @@ fn a_step_that_harms_a_campaign_that_only_judges_is_refused() {
     // Why: where A measured nothing of that joint, its 17 per turn is a guess. Elsewhere it helps B too.
     let of_b = |taken: &dyn Fn(&Sample) -> bool| {
         let prediction = |r: &LadderStep| {
-            let all = r.calibration.set_up_anew().predict(&[("B", &b)], Use::Fit).unwrap_or_else(|e| panic!("{e}"));
+            let all =
+                r.calibration.set_up_anew().predict(&[NamedDataset::new("B", &b)], Use::Fit).unwrap_or_else(|e| panic!("{e}"));
             let residuals = b.samples.iter().zip(all.residuals).filter(|(s, _)| taken(s)).map(|(_, r)| r.norm_squared());
             residuals.sum::<f64>()
         };
@@ -191,7 +194,7 @@ fn ur5_errs_thirteen_times_per_turn() {
     let root = data("ur5-jacobi");
     let files = ["3D_UR5_uncalibrated_grid_cleaned.csv", "3D_UR5_uncalibrated_random_cleaned.csv"].map(|f| root.join(f));
     let dataset = bring("ur5-jacobi", &files, None);
-    let named = [("UR5", &dataset)];
+    let named = [NamedDataset::new("UR5", &dataset)];
     for (model, first) in [(Model::paper(), "harmonic:1:13"), (with(&["harmonic:1:13"]), "harmonic:2:26")] {
         let diagnosis = diagnose(&named, &model).unwrap_or_else(|e| panic!("{e}"));
         println!("UR5: {:.4} mm, {}: {:?}", diagnosis.rms / MM, diagnosis.verdict.name(), found(&diagnosis));
@@ -202,7 +205,7 @@ fn ur5_errs_thirteen_times_per_turn() {
 #[test]
 fn panda_is_compliant_before_it_is_anything_else() {
     let dataset = bring("mukca", &[data("mukca").join("panda_3")], None);
-    let named = [("Panda 3", &dataset)];
+    let named = [NamedDataset::new("Panda 3", &dataset)];
     let below = rung_of(&named, &Model::of(&["base_frame", "mdh"]));
     println!("Panda 3: {:.4} mm, {:?}: {:?}", below.fit / MM, below.diagnosis.verdict, found(&below.diagnosis));
     assert_eq!(below.diagnosis.verdict, Verdict::Identified);

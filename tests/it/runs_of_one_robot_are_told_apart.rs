@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use calibench::identify::Model;
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::monitoring::runs::tables::EffectStatus;
 use calibench::monitoring::runs::{Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
 use calibench::robot::kinematics::world_from_tool;
@@ -93,9 +93,12 @@ fn campaign(arm: &Arm, rows: usize, rng: &mut ChaCha8Rng, tool_free: bool) -> Da
     }
 }
 
-fn compared(runs: &[(&str, &Dataset)], model: &Model, days: Option<&[f64]>) -> Result<RunsComparison, RunsError> {
-    let runs: Vec<Run<'_>> =
-        runs.iter().enumerate().map(|(k, (name, dataset))| Run { name, dataset, day: days.map(|d| d[k]) }).collect();
+fn compared(runs: &[NamedDataset<'_>], model: &Model, days: Option<&[f64]>) -> Result<RunsComparison, RunsError> {
+    let runs: Vec<Run<'_>> = runs
+        .iter()
+        .enumerate()
+        .map(|(k, NamedDataset { name, dataset })| Run { name, dataset, day: days.map(|d| d[k]) })
+        .collect();
     RunsComparison::of(RunsQuestion { runs: &runs, model, drifts: &[], left_out: false }, &mut |_| {})
 }
 
@@ -103,8 +106,8 @@ fn three(arms: [&Arm; 3], rows: usize, rng: &mut ChaCha8Rng, tool_free: bool) ->
     arms.map(|arm| campaign(arm, rows, rng, tool_free))
 }
 
-fn labelled(runs: &[Dataset; 3]) -> [(&str, &Dataset); 3] {
-    [("A", &runs[0]), ("B", &runs[1]), ("C", &runs[2])]
+fn labelled(runs: &[Dataset; 3]) -> [NamedDataset<'_>; 3] {
+    [NamedDataset::new("A", &runs[0]), NamedDataset::new("B", &runs[1]), NamedDataset::new("C", &runs[2])]
 }
 
 fn geometry() -> Model {
@@ -247,9 +250,10 @@ fn the_same_measurements_are_no_second_run() {
     let once = campaign(&arm, 30, &mut rng, true);
     let mut again = once.clone();
     again.samples.reverse();
-    let error = compared(&[("A", &once), ("B", &again)], &geometry(), None).expect_err("the same rows");
+    let error = compared(&[NamedDataset::new("A", &once), NamedDataset::new("B", &again)], &geometry(), None)
+        .expect_err("the same rows");
     assert!(error.to_string().contains("30 of its rows are also in A"), "{error}");
-    assert!(matches!(compared(&[("A", &once)], &geometry(), None), Err(RunsError::OneRun)));
+    assert!(matches!(compared(&[NamedDataset::new("A", &once)], &geometry(), None), Err(RunsError::OneRun)));
 }
 
 #[test]
@@ -267,7 +271,7 @@ fn runs_too_short_to_be_halved_are_compared_and_shorter_ones_refused() {
     let arm = Arm::drawn(&mut rng, 50.0 * URAD, 0.0);
     let mut found = |rows: usize| {
         let runs = [campaign(&arm, rows, &mut rng, true), campaign(&arm, rows, &mut rng, true)];
-        compared(&[("A", &runs[0]), ("B", &runs[1])], &geometry(), None)
+        compared(&[NamedDataset::new("A", &runs[0]), NamedDataset::new("B", &runs[1])], &geometry(), None)
     };
     // Half of unchanged arms seemed to have changed.
     let error = found(8).expect_err("too few rows");
@@ -289,7 +293,7 @@ fn one_bad_row_hides_no_change() {
     let mut runs: Vec<(String, Dataset)> = ["A", "B", "C"].map(String::from).into_iter().zip(runs).collect();
     let aside = set_suspects_aside(&mut runs, &geometry());
     assert_eq!(aside.iter().map(|(run, s)| (run.as_str(), s.sample.as_str())).collect::<Vec<_>>(), [("C", "p20")]);
-    let named: Vec<(&str, &Dataset)> = runs.iter().map(|(name, dataset)| (name.as_str(), dataset)).collect();
+    let named: Vec<NamedDataset<'_>> = runs.iter().map(|(name, dataset)| NamedDataset::new(name.as_str(), dataset)).collect();
     let found = compared(&named, &geometry(), None).expect("runs");
     assert!(found.differences.first().is_some_and(|d| d.parameters[0].name == "theta3 since C"), "{:?}", found.differences);
 }
@@ -310,7 +314,7 @@ fn distances_and_points_are_of_one_robot() {
         let Measured::Point(seen) = sample.measured else { unreachable!("points") };
         sample.measured = Measured::Distance { anchor: k % 3, distance: (seen - anchors[k % 3]).norm() };
     }
-    let found = compared(&[("A", &points), ("B", &bar)], &geometry(), None).expect("runs");
+    let found = compared(&[NamedDataset::new("A", &points), NamedDataset::new("B", &bar)], &geometry(), None).expect("runs");
     assert_eq!(found.verdict, RunsVerdict::OneGeometry, "{:?}", found.differences);
 }
 
@@ -341,7 +345,8 @@ fn a_slipped_zero_is_named_with_its_run_and_its_size() {
     let now = found.calibration(question).expect("a calibration");
     let [theta3, truth] = [now.estimate("theta3").expect("fitted").value, slipped.robot.links[2].mdh.theta];
     assert!((theta3 - truth).abs() < 0.05 * DEG, "{theta3} {truth}");
-    let last = now.predict(&[("C", &runs[2])], calibench::identify::problem::Use::Fit).expect("its own set-up");
+    let last =
+        now.predict(&[NamedDataset::new("C", &runs[2])], calibench::identify::problem::Use::Fit).expect("its own set-up");
     assert!(last.refitted.is_empty());
     // Declared to drift by as much, nothing has moved.
     let drifts = [("theta3".to_owned(), 1.0 * DEG)];

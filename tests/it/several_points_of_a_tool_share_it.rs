@@ -8,7 +8,7 @@ use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
-use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet, Shared, ToolTarget};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet, Shared, ToolTarget};
 use calibench::measure::poses::Postures;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
@@ -52,8 +52,8 @@ fn seen_at(guess: [[f64; 3]; 2], free: bool) -> Dataset {
 fn places_are_found_and_known_ones_cost_nothing() {
     let model = Model::of(&["base_frame", "mdh"]);
     let guess = PLACES.map(|p| p.map(|v| v + 0.004));
-    let free = identify(&[("d", &seen_at(guess, true))], &model).unwrap();
-    let known = identify(&[("d", &seen_at(PLACES, false))], &model).unwrap();
+    let free = identify(&[NamedDataset::new("d", &seen_at(guess, true))], &model).unwrap();
+    let known = identify(&[NamedDataset::new("d", &seen_at(PLACES, false))], &model).unwrap();
     // Six places, but points that are known to be where they are on the tool show how it is turned, and so the zero of the last joint.
     assert_eq!(free.estimates.len(), known.estimates.len() + 6 - 1);
     assert!(known.estimate("theta6").is_some() && free.estimate("theta6").is_none());
@@ -65,13 +65,13 @@ fn places_are_found_and_known_ones_cost_nothing() {
     }
     assert!(free.rms < 1e-9 && known.rms < 1e-9, "{} {}", free.rms, known.rms);
     // A place that is believed and wrong stays in the residual: it is not hidden in the arm.
-    let wrong = identify(&[("d", &seen_at(guess, false))], &model).unwrap();
+    let wrong = identify(&[NamedDataset::new("d", &seen_at(guess, false))], &model).unwrap();
     assert!(wrong.rms > 2.0 * MM, "{}", wrong.rms);
     // With its uncertainty stated it is an unknown again.
     let mut unsure = seen_at(guess, false);
     unsure.noise.point = Some(0.01 * MM);
     unsure.tool_targets.iter_mut().for_each(|r| r.sigma = 5.0 * MM);
-    let found = identify(&[("d", &unsure)], &model).unwrap();
+    let found = identify(&[NamedDataset::new("d", &unsure)], &model).unwrap();
     let off = found.estimate("target:r0.x").unwrap().value - PLACES[0][0];
     assert!(off.abs() < 0.05 * MM && found.rms < 0.05 * MM, "{off} {}", found.rms);
 }
@@ -84,13 +84,13 @@ fn they_survive_the_disk_and_another_point_is_no_replicate() {
     let back = read_dataset(&folder.path().join("d")).unwrap();
     let of = |d: &Dataset| d.samples.iter().map(|s| s.tool_target).collect::<Vec<_>>();
     assert_eq!((back.tool_targets.len(), of(&back)), (2, of(&dataset)));
-    let all = [("d", &back)];
+    let all = [NamedDataset::new("d", &back)];
     assert_eq!(Postures::of(&all, |_| true).count(), 40);
     assert_eq!(Postures::replicates(&all, |_| true).count(), 120);
     // A calibration that never saw a target fits its place before it judges the robot.
     let mut tcp = dataset.clone();
     tcp.samples.retain(|s| s.tool_target.is_none());
-    let calibration = identify(&[("d", &tcp)], &Model::of(&["base_frame", "mdh"])).unwrap();
+    let calibration = identify(&[NamedDataset::new("d", &tcp)], &Model::of(&["base_frame", "mdh"])).unwrap();
     let prediction = calibration.predict(&all, Use::All).unwrap();
     assert!(prediction.refitted.iter().any(|p| p == "target:r1.z"), "{:?}", prediction.refitted);
     assert!(prediction.residuals.iter().all(|r| r.norm() < 1e-8));
@@ -129,7 +129,7 @@ fn sessions_share_what_they_are_said_to_share() {
         (both, [BASE; 2], [TOOL; 2], 9),
     ] {
         let dataset = sessions(shared, bases, tools);
-        let calibration = identify(&[("d", &dataset)], &model).unwrap();
+        let calibration = identify(&[NamedDataset::new("d", &dataset)], &model).unwrap();
         assert_eq!(calibration.estimates.len(), unknowns, "{shared:?}");
         assert!(calibration.rms < 1e-9, "{shared:?}: {}", calibration.rms);
         let name = |plain: &str, alone: bool| if alone { plain.to_owned() } else { format!("{plain}@evening") };
@@ -140,22 +140,22 @@ fn sessions_share_what_they_are_said_to_share() {
         let mut evening = dataset.clone();
         evening.samples.retain(|s| s.session.as_deref() == Some("evening"));
         for judged in [&dataset, &evening] {
-            let prediction = calibration.predict(&[("d", judged)], Use::Validation).unwrap();
+            let prediction = calibration.predict(&[NamedDataset::new("d", judged)], Use::Validation).unwrap();
             assert_eq!(prediction.refitted.len() + prediction.from_fit_rows.len(), 0, "{shared:?} {prediction:?}");
             assert!(prediction.residuals.iter().all(|r| r.norm() < 1e-8));
-            let anew = calibration.set_up_anew().predict(&[("d", judged)], Use::Validation).unwrap();
+            let anew = calibration.set_up_anew().predict(&[NamedDataset::new("d", judged)], Use::Validation).unwrap();
             assert_eq!(anew.refitted, Vec::<String>::new());
         }
     }
     // What is said to be shared and was not cannot be hidden.
-    let wrong = identify(&[("d", &sessions(both, [BASE, other_base], [TOOL; 2]))], &model).unwrap();
+    let wrong = identify(&[NamedDataset::new("d", &sessions(both, [BASE, other_base], [TOOL; 2]))], &model).unwrap();
     assert!(wrong.rms > 2.0 * MM, "{}", wrong.rms);
     // In several datasets the names stay apart, and the files say what they share.
     let folder = tempfile::tempdir().unwrap();
     write_dataset(&sessions(both, [BASE; 2], [TOOL; 2]), &folder.path().join("d")).unwrap();
     let back = read_dataset(&folder.path().join("d")).unwrap();
     assert_eq!(back.shared, both);
-    let two = identify(&[("a", &back), ("b", &back)], &model).unwrap();
+    let two = identify(&[NamedDataset::new("a", &back), NamedDataset::new("b", &back)], &model).unwrap();
     assert_eq!(two.estimates.len(), 18);
     assert!(two.estimate("base_x@a").is_some() && two.estimate("tool_z@b").is_some());
     let path = folder.path().join("d/dataset.toml");
@@ -189,11 +189,11 @@ fn a_fanuc_of_three_reflectors_has_33_parameters() {
     let dataset = fanuc();
     assert_eq!((dataset.samples.len(), dataset.tool_targets.len()), (720, 2));
     let geometry = Model::of(&["base_frame", "mdh"]);
-    let calibration = identify(&[("fanuc", &dataset)], &geometry).unwrap();
+    let calibration = identify(&[NamedDataset::new("fanuc", &dataset)], &geometry).unwrap();
     assert_eq!(calibration.rank, 33);
 
     let gravity = Model::of(&["base_frame", "mdh", "lumped_gravity:2", "lumped_gravity:3"]);
-    let postures = Postures::of(&[("fanuc", &dataset)], |_| true);
+    let postures = Postures::of(&[NamedDataset::new("fanuc", &dataset)], |_| true);
     assert_eq!(postures.count(), 24);
     // 0.214 and 0.181 mm by the independent analysis, whose division is not known; other divisions give up to 0.29 and 0.20 mm.
     for (name, model, most) in [("geometry", geometry, 0.26), ("+ gravity", gravity, 0.20)] {
@@ -203,8 +203,8 @@ fn a_fanuc_of_three_reflectors_has_33_parameters() {
             for (sample, posture) in divided.samples.iter_mut().zip(postures.of_samples()) {
                 sample.set = if posture % FOLDS == fold { SampleSet::Validation } else { SampleSet::Fit };
             }
-            let calibration = identify(&[("fanuc", &divided)], &model).unwrap();
-            let prediction = calibration.predict(&[("fanuc", &divided)], Use::Validation).unwrap();
+            let calibration = identify(&[NamedDataset::new("fanuc", &divided)], &model).unwrap();
+            let prediction = calibration.predict(&[NamedDataset::new("fanuc", &divided)], Use::Validation).unwrap();
             assert!(prediction.refitted.is_empty() && prediction.from_fit_rows.is_empty());
             squares += prediction.residuals.iter().map(Vector3::norm_squared).sum::<f64>();
         }
@@ -212,6 +212,6 @@ fn a_fanuc_of_three_reflectors_has_33_parameters() {
         println!("FANUC, {FOLDS} folds of whole postures, {name}: {rms:.3} mm");
         assert!(rms <= most, "{name}: {rms} mm");
     }
-    let unknowns = Problem::new(&[("fanuc", &dataset)], &Model::of(&["base_frame"]), Use::Fit).unwrap();
+    let unknowns = Problem::new(&[NamedDataset::new("fanuc", &dataset)], &Model::of(&["base_frame"]), Use::Fit).unwrap();
     assert_eq!(unknowns.parameters().len(), 15);
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use calibench::diagnosis::{Diagnosis, Verdict, diagnose};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Anchor, Ball, Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Anchor, Ball, Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::residuals::comparison::{Comparison, Subject};
 use calibench::residuals::noise::suspects;
 use calibench::residuals::noise_floor::NoiseSource;
@@ -119,8 +119,8 @@ fn geometry() -> Model {
 }
 
 fn compare(fitted: &Dataset, judged: &Dataset, which: Use) -> Comparison {
-    let calibration = identify(&[("data", fitted)], &geometry()).unwrap();
-    Comparison::of(&calibration, &[("data", judged)], which).unwrap()
+    let calibration = identify(&[NamedDataset::new("data", fitted)], &geometry()).unwrap();
+    Comparison::of(&calibration, &[NamedDataset::new("data", judged)], which).unwrap()
 }
 
 #[test]
@@ -339,7 +339,8 @@ fn with_bad_samples(seed: u64, bad: &[usize]) -> Dataset {
 fn two_bad_samples_of_eighty_are_found_and_none_where_there_are_none() {
     const TRIALS: usize = 40;
     let named = |data: &Dataset| -> Vec<String> {
-        let mut named: Vec<String> = suspects(&[("data", data)], &geometry()).unwrap().into_iter().map(|s| s.sample).collect();
+        let mut named: Vec<String> =
+            suspects(&[NamedDataset::new("data", data)], &geometry()).unwrap().into_iter().map(|s| s.sample).collect();
         named.sort();
         named
     };
@@ -360,7 +361,7 @@ fn two_bad_samples_of_eighty_are_found_and_none_where_there_are_none() {
 }
 
 fn diagnosis(data: &Dataset) -> Diagnosis {
-    diagnose(&[("data", data)], &geometry()).unwrap()
+    diagnose(&[NamedDataset::new("data", data)], &geometry()).unwrap()
 }
 
 #[test]

@@ -7,12 +7,12 @@
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use calibench::diagnosis::worker::{Helper, employ};
 use calibench::files::memory;
 use calibench::prediction::posterior::help;
+use calibench::prediction::worker::Worker;
 use serde_json::json;
 
-use crate::{Session, warm_up};
+use crate::{Host, Session, warm_up};
 
 /// Buffer for input from the page and for answers to it.
 static ROOM: Mutex<Vec<u8>> = Mutex::new(Vec::new());
@@ -40,9 +40,10 @@ mod page {
 }
 
 /// The other worker of the page.
+#[derive(Debug)]
 struct OtherWorker;
 
-impl Helper for OtherWorker {
+impl Worker for OtherWorker {
     fn is_there(&self) -> bool {
         page::has_helper() == 1
     }
@@ -67,6 +68,9 @@ getrandom::register_custom_getrandom!(no_randomness);
 fn tell(line: &str) {
     page::told(line.as_ptr(), line.len());
 }
+
+/// The page.
+const HOST: Host = Host { tell, worker: Some(&OtherWorker) };
 
 /// Makes room for so many bytes, and returns where.
 #[unsafe(no_mangle)]
@@ -98,13 +102,12 @@ pub extern "C" fn begin() {
         let words = panic.to_string();
         page::stopped(words.as_ptr(), words.len());
     }));
-    employ(OtherWorker);
 }
 
 /// Makes ready for judgements, by one that is forgotten.
 #[unsafe(no_mangle)]
 pub extern "C" fn warm() {
-    warm_up();
+    warm_up(HOST.worker);
 }
 
 /// Takes the room as a job that another worker handed over; returns the length of the result, or -1 if there is none.
@@ -124,7 +127,7 @@ pub extern "C" fn ask(what: usize) -> usize {
     let (what, body) = room.split_at(what.min(room.len()));
     let answer = {
         let mut session = held(&SESSION);
-        session.get_or_insert_with(|| Session::new(tell)).ask(&String::from_utf8_lossy(what), body)
+        session.get_or_insert_with(|| Session::new(HOST)).ask(&String::from_utf8_lossy(what), body)
     };
     let answer = answer.unwrap_or_else(|e| {
         let field = e.field();

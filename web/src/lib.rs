@@ -6,11 +6,13 @@
 
 #[cfg(target_family = "wasm")]
 mod called;
+mod host;
 mod opening;
 mod play;
 mod session;
 mod warm_up;
 
+pub use host::Host;
 pub use opening::Opened;
 pub use session::Session;
 pub use warm_up::warm_up;

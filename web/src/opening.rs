@@ -8,7 +8,7 @@ use calibench::identify::calibration::CALIBRATION_FORMAT;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportError, ImportOptions, guess, import};
 use calibench::measure::dataset::file::{DATASET_TOML, read_dataset, write_dataset};
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::residuals::misfit::data_fit;
 use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::units::MM;
@@ -16,6 +16,8 @@ use calibench_report::{misfit_sentence, nominal_fit_lines};
 use calibench_workbench::{Bench, Case, LocatedError, Place, copied_rows, locate_in_data, located_misfit};
 use serde::Deserialize;
 use serde_json::{Value, json};
+
+use crate::host::Host;
 
 /// Folder of what is saved, in memory.
 pub(crate) const SAVED: &str = "";
@@ -174,19 +176,19 @@ impl Dropped {
 ///
 /// # Errors
 /// The sentence that the command line prints.
-pub fn open(request: &OpenRequest, tell: fn(&str), told: &mut Value) -> Result<Opened, NotOpened> {
+pub fn open(request: &OpenRequest, host: Host, told: &mut Value) -> Result<Opened, NotOpened> {
     let mut dropped = Dropped::of(&request.files)?;
     let named = dropped.robot.as_ref().map(|path| path.display().to_string());
     let robot_name = named.or_else(|| request.robot.clone());
     told["left_out"] = json!(dropped.left_out);
     if !dropped.tables.is_empty() {
-        let folder = import_tables(&dropped, robot_name.as_deref(), request.force, tell, told)?;
+        let folder = import_tables(&dropped, robot_name.as_deref(), request.force, host, told)?;
         dropped.datasets.push(folder);
     }
     if dropped.datasets.is_empty() {
         return Err(NotOpened::Missing("there are no measurements among the files; drop a table, or the folder of a dataset"));
     }
-    tell("Reading …");
+    host.tell("Reading …");
     let mut datasets: Vec<(String, Dataset)> = Vec::new();
     for folder in &dropped.datasets {
         let name = folder.file_name().map_or_else(|| "dataset".to_owned(), |name| name.to_string_lossy().into_owned());
@@ -194,7 +196,7 @@ pub fn open(request: &OpenRequest, tell: fn(&str), told: &mut Value) -> Result<O
     }
     let urdf = dropped.robot.as_ref().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")));
     let place = Place::new(SAVED.into(), dropped.model.clone()).with_urdf(urdf.map(|path| path.display().to_string()));
-    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told)
+    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, host), told)
 }
 
 /// Opens datasets that were read from these folders.
@@ -203,11 +205,11 @@ pub(crate) fn open_datasets(
     datasets: Vec<(String, Dataset)>,
     model: Option<&Path>,
     place: Place,
-    (force, tell): (bool, fn(&str)),
+    (force, host): (bool, Host),
     told: &mut Value,
 ) -> Result<Opened, NotOpened> {
-    tell("Checking that the data fit the robot …");
-    let borrowed: Vec<(&str, &Dataset)> = datasets.iter().map(|(name, d)| (name.as_str(), d)).collect();
+    host.tell("Checking that the data fit the robot …");
+    let borrowed: Vec<NamedDataset<'_>> = datasets.iter().map(|(name, d)| NamedDataset::new(name.as_str(), d)).collect();
     // Data of different arms are rejected as such by the fit.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
     let fits = if one_arm { data_fit(&borrowed, Use::Fit) } else { Vec::new() };
@@ -237,10 +239,10 @@ pub(crate) fn open_datasets(
     told["warnings"] = json!(
         [told["left_out"].as_array().cloned().unwrap_or_default(), warnings.into_iter().map(Value::from).collect()].concat()
     );
-    tell("Fitting the model …");
-    let case = Case { misfits, ..Case::of_datasets(folders, datasets, model)? };
+    host.tell("Fitting the model …");
+    let case = Case { misfits, worker: host.worker, ..Case::of_datasets(folders, datasets, model)? };
     let bench = Bench::new(case, place).map_err(|(case, e)| locate_in_data(folders, &case.datasets, model, &e))?;
-    tell("Judging the model …");
+    host.tell("Judging the model …");
     // What cannot be judged does not take the place of what is open.
     bench.document().map_err(|e| NotOpened::NotJudged(e.to_string()))?;
     Ok(Opened { bench, told: told.take() })
@@ -251,7 +253,7 @@ fn import_tables(
     dropped: &Dropped,
     named: Option<&str>,
     force: bool,
-    tell: fn(&str),
+    host: Host,
     told: &mut Value,
 ) -> Result<PathBuf, NotOpened> {
     let first = &dropped.tables[0];
@@ -267,7 +269,7 @@ fn import_tables(
                 ));
             };
             let of = robot(named, Path::new(""))?;
-            tell("Guessing what the columns are …");
+            host.tell("Guessing what the columns are …");
             let found = guess(first, &of, RobotReference::parse(named).name)?;
             write_whole(Path::new(MAP), found.map.as_bytes())?;
             told["guess"] = json!({"map": found.map, "reasons": found.reasons, "rows": found.shown,
@@ -275,10 +277,10 @@ fn import_tables(
             MAP.into()
         }
     };
-    tell("Importing …");
+    host.tell("Importing …");
     let options = ImportOptions { map: Some(map), ..ImportOptions::default() };
     let (dataset, report) = import("generic", &dropped.tables, &options)?;
-    let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
+    let misfit = data_fit(&[NamedDataset::new("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
     if let (Some(misfit), false) = (&misfit, force) {
         return Err(NotOpened::Misfit(misfit_sentence(misfit)));
     }

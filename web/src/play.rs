@@ -22,6 +22,7 @@ use calibench_workbench::Place;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use crate::host::Host;
 use crate::opening::{NotOpened, Opened, SAVED, open_datasets};
 
 /// The cell that is measured, and what it extends.
@@ -81,19 +82,19 @@ pub fn hidden_choices() -> Value {
 ///
 /// # Errors
 /// If there is no such effect, or the cell cannot be measured.
-pub fn play(request: &PlayRequest, tell: fn(&str)) -> Result<Opened, NotOpened> {
+pub fn play(request: &PlayRequest, host: Host) -> Result<Opened, NotOpened> {
     for (name, text) in SCENARIOS {
         write_whole(Path::new(name), text.as_bytes())?;
     }
     let scenario = scenario_of(request)?;
     write_whole(Path::new(SCENARIO), scenario.as_bytes())?;
     let scenario = load_scenario(Path::new(SCENARIO))?;
-    tell("Planning 80 probings …");
+    host.tell("Planning 80 probings …");
     let planned = plan(&scenario, scenario.seed).map_err(|e| failed(&scenario.locate_plan(&e)))?.probing;
     let streams = Streams { seed: scenario.seed, trial: 0 };
     let session = Session::begin(&scenario, streams, session_s(&scenario, &planned.poses, 0)).map_err(|e| failed(&e))?;
-    let wanted = planned.poses.iter().filter(|pose| !pose.reserve).count();
-    let record = session.probe(&planned, None, &mut Counted { tell, wanted, done: 0 });
+    let wanted = planned.wanted();
+    let record = session.probe(&planned, None, &mut Counted { host, wanted, done: 0 });
     if let Some(aborted) = &record.aborted {
         return Err(failed(aborted));
     }
@@ -106,7 +107,7 @@ pub fn play(request: &PlayRequest, tell: fn(&str)) -> Result<Opened, NotOpened> 
     let hidden = request.effect.as_deref().map(in_words);
     let mut told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
     let place = Place::new(SAVED.into(), None);
-    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, tell), &mut told)
+    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, host), &mut told)
 }
 
 fn failed(error: &dyn std::error::Error) -> NotOpened {
@@ -140,7 +141,7 @@ fn sizes(effect: &dyn Effect, times: f64) -> Vec<f64> {
 
 /// Counts the probings.
 struct Counted {
-    tell: fn(&str),
+    host: Host,
     wanted: usize,
     done: usize,
 }
@@ -148,6 +149,6 @@ struct Counted {
 impl CampaignObserver for Counted {
     fn probing_finished(&mut self, _: &PlannedPose, _: &Probing, sample: Option<&Sample>) {
         self.done += usize::from(sample.is_some());
-        (self.tell)(&format!("Probing: {} of {} measured …", self.done, self.wanted));
+        self.host.tell(&format!("Probing: {} of {} measured …", self.done, self.wanted));
     }
 }

@@ -7,13 +7,14 @@ use calibench_workbench::{Bench, Unanswered};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use crate::host::Host;
 use crate::opening::{NotOpened, OpenRequest, open};
 use crate::play::{PlayRequest, hidden_choices, play};
 
 /// A page's work: nothing at first, then a workbench on what was opened last.
 pub struct Session {
     bench: Option<Bench>,
-    tell: fn(&str),
+    host: Host,
 }
 
 /// The reason why a question has no answer.
@@ -72,10 +73,10 @@ impl NoAnswer {
 }
 
 impl Session {
-    /// A page on which nothing is open; `tell` receives what is being done.
+    /// A page on which nothing is open.
     #[must_use]
-    pub fn new(tell: fn(&str)) -> Self {
-        Session { bench: None, tell }
+    pub fn new(host: Host) -> Self {
+        Session { bench: None, host }
     }
 
     /// Answers a question of the page: `choices` lists the robots and what a simulated one can hide, `open` opens files, `play`
@@ -87,13 +88,13 @@ impl Session {
         let mut told = json!({});
         let opened = match what {
             "choices" => return Ok(hidden_choices()),
-            "open" => open(&serde_json::from_slice::<OpenRequest>(body)?, self.tell, &mut told)
+            "open" => open(&serde_json::from_slice::<OpenRequest>(body)?, self.host, &mut told)
                 .map_err(|because| NoAnswer::Opening { because, told })?,
-            "play" => play(&serde_json::from_slice::<PlayRequest>(body)?, self.tell)?,
+            "play" => play(&serde_json::from_slice::<PlayRequest>(body)?, self.host)?,
             "adopt" => return self.adopt(&serde_json::from_slice::<Adopted>(body)?),
             _ => return Ok(self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?.ask(what, body)?),
         };
-        self.bench = Some(opened.bench.telling(self.tell));
+        self.bench = Some(opened.bench.telling(self.host.tell));
         Ok(json!({"opened": opened.told}))
     }
 

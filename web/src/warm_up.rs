@@ -7,18 +7,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+use calibench::prediction::worker::Worker;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, built_in};
 use calibench_workbench::Place;
 use nalgebra::Vector3;
 use serde_json::json;
 
+use crate::host::Host;
 use crate::opening::open_datasets;
 
 const SAMPLES: usize = 60;
 
 /// Calibrates a robot whose base is not where it should be, and forgets it.
-pub fn warm_up() {
+pub fn warm_up(worker: Option<&'static dyn Worker>) {
     let Some(robot) = built_in("kr6_r700") else { return };
     let place = FramePose { xyz: [0.001, -0.002, 0.003], ..FramePose::default() };
     // Additive recurrences fill their range evenly.
@@ -37,8 +39,9 @@ pub fn warm_up() {
         ..Dataset::default()
     };
     let folder = PathBuf::from("warm_up");
+    let host = Host { tell: |_| (), worker };
     let datasets = vec![("warm_up".to_owned(), dataset)];
-    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), (false, |_| ()), &mut json!({})) {
+    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), (false, host), &mut json!({})) {
         // Without an answer, nothing is lost.
         let _ = opened.bench.views();
     }

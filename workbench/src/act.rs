@@ -86,7 +86,7 @@ impl Bench {
     pub fn own(&self, draft: &Draft, force: bool) -> Result<Value, Refusal> {
         let _alone = self.act();
         let here = self.here();
-        let effect = self.subject(&here, |subject| own_effect::parse(draft, &here.model, subject.datasets[0].1))?;
+        let effect = self.subject(&here, |subject| own_effect::parse(draft, &here.model, subject.datasets[0].dataset))?;
         let name = effect.name.clone();
         let mut wider = here.model.with(&name);
         wider.own.push(effect);
@@ -281,7 +281,7 @@ impl Bench {
         let known = self.state().set_mut(&here).and_then(|set| set.proposal.clone());
         let (proposal, cell_known) = self.subject(&here, |subject| {
             let datasets = subject.datasets;
-            let layout = CellLayout::of_dataset(datasets[0].1);
+            let layout = CellLayout::of_dataset(datasets[0].dataset);
             let proposal = match known {
                 Some(proposal) => proposal,
                 None => {

@@ -1,7 +1,8 @@
 //! The input of a page: measurements of one robot, and the data that accompany them.
 
 use calibench::identify::Model;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
+use calibench::prediction::worker::Worker;
 
 use calibench_report::documents::Run;
 use calibench_report::{CampaignRecord, CellPicture, PageSubject, Recommended};
@@ -30,6 +31,8 @@ pub struct Case {
     pub pictures: Vec<CellPicture>,
     /// The run, if it is one.
     pub run: Option<Run>,
+    /// Computes a part of judgements where threads cannot be had.
+    pub worker: Option<&'static dyn Worker>,
 }
 
 impl Case {
@@ -42,18 +45,18 @@ impl Case {
         commands: &Recommended,
         tell: impl FnOnce(&PageSubject<'_>) -> T,
     ) -> T {
-        let datasets: Vec<(&str, &Dataset)> =
-            chosen.iter().filter_map(|&k| self.datasets.get(k)).map(|(name, d)| (name.as_str(), d)).collect();
-        let judged: Vec<(&str, &Dataset)> = match &self.judged {
-            Some((name, d)) => vec![(name.as_str(), d)],
+        let datasets: Vec<NamedDataset<'_>> =
+            chosen.iter().filter_map(|&k| self.datasets.get(k)).map(|(name, d)| NamedDataset::new(name.as_str(), d)).collect();
+        let judged: Vec<NamedDataset<'_>> = match &self.judged {
+            Some((name, d)) => vec![NamedDataset::new(name.as_str(), d)],
             None => datasets.clone(),
         };
-        let misfit = self.misfits.iter().find(|(name, _)| datasets.iter().any(|(n, _)| n == name));
+        let misfit = self.misfits.iter().find(|(name, _)| datasets.iter().any(|d| d.name == name));
         tell(&PageSubject {
             // What is chosen of several datasets is named.
             title: match datasets.len() == self.datasets.len() {
                 true => self.title.clone(),
-                false => datasets.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+                false => datasets.iter().map(|d| d.name).collect::<Vec<_>>().join(", "),
             },
             question: self.question.clone(),
             misfit: misfit.map(|(_, sentence)| sentence.clone()),
@@ -66,6 +69,7 @@ impl Case {
             campaign: self.campaign.as_ref(),
             pictures: &self.pictures,
             run: self.run.as_ref(),
+            worker: self.worker,
         })
     }
 }

@@ -109,6 +109,7 @@ impl Case {
             campaign: None,
             pictures: Vec::new(),
             run: None,
+            worker: None,
             datasets,
         })
     }

@@ -8,7 +8,7 @@ use calibench::files::nearest_name;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::robot::JointKind;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{LadderStep, step};
@@ -46,9 +46,11 @@ impl Wanted {
     ///
     /// # Errors
     /// If this robot has no such effect, these data have no such ball or sample, or the model already contains it.
-    pub fn parse(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> Result<Self, StepError> {
+    pub fn parse(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> Result<Self, StepError> {
         let wrong = |why: String| StepError::Effect(why);
-        let Some((_, dataset)) = datasets.first() else { return Err(wrong("there are no data to add it to".into())) };
+        let Some(dataset) = datasets.first().map(|d| d.dataset) else {
+            return Err(wrong("there are no data to add it to".into()));
+        };
         let joints = dataset.robot.joints();
         if let Some(rest) = id.strip_prefix("curve:") {
             let (joint, variable) = rest.split_once(':').unwrap_or((rest, ""));
@@ -67,7 +69,7 @@ impl Wanted {
             return Err(wrong(format!("effect '{id}' is in the model already")));
         }
         let balls = dataset.ball_ids();
-        let fitted = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
+        let fitted = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)));
         let samples: Vec<String> = fitted.map(|s| s.id.clone()).collect();
         let subject = Subject { samples: Some(&samples), ..model.subject(&dataset.robot, &balls) };
         let unplaced = unplaced(&subject);
@@ -81,13 +83,13 @@ impl Wanted {
     ///
     /// # Errors
     /// If the effect does not apply to these data, or they do not determine the model without it.
-    pub fn wider(&self, datasets: &[(&str, &Dataset)], model: &Model) -> Result<(Model, String), StepError> {
+    pub fn wider(&self, datasets: &[NamedDataset<'_>], model: &Model) -> Result<(Model, String), StepError> {
         match self {
             Wanted::Effect(id) => {
                 let wrong = |why: String| StepError::Effect(format!("effect '{id}': {why}"));
                 // Most ids state their place, so the data need not be searched for it.
-                let subject_balls = datasets[0].1.ball_ids();
-                let subject = model.subject(&datasets[0].1.robot, &subject_balls);
+                let subject_balls = datasets[0].dataset.ball_ids();
+                let subject = model.subject(&datasets[0].dataset.robot, &subject_balls);
                 let placed = if unplaced(&subject).iter().any(|u| u == id) {
                     let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
                     place(&examination, id).map_err(|e| wrong(e.to_string()))?
@@ -117,7 +119,7 @@ impl Wanted {
     /// If the effect does not apply to these data, or they do not determine it.
     pub fn take(
         &self,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         before: &LadderStep,
         ground: HoldOut<'_>,
     ) -> Result<LadderStep, StepError> {

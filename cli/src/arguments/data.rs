@@ -9,7 +9,7 @@ use calibench::identify::fit::Outcome;
 use calibench::identify::fleet::{Fleet, FleetJudged, FleetPrior, PriorUsed, identify_with_fleet, read_fleet};
 use calibench::identify::{Model, are_copied};
 use calibench::measure::dataset::file::read_dataset;
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 pub use calibench_workbench::{locate_in_data, model_for};
@@ -114,7 +114,7 @@ pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Resu
 
 /// The expected error of an examined fit at `poses`, or the reason why it cannot be predicted.
 pub fn forecast(
-    named: &[(&str, &Dataset)],
+    named: &[NamedDataset<'_>],
     examination: &Examination,
     poses: &WorkspacePoses,
 ) -> Result<Result<Forecast, NoForecast>, IdentifyError> {
@@ -158,6 +158,6 @@ pub fn tell_fit(calibration: &Calibration) {
 }
 
 /// Borrows the datasets in the form that the library expects.
-pub fn named(datasets: &[(String, Dataset)]) -> Vec<(&str, &Dataset)> {
-    datasets.iter().map(|(n, d)| (n.as_str(), d)).collect()
+pub fn named(datasets: &[(String, Dataset)]) -> Vec<NamedDataset<'_>> {
+    datasets.iter().map(|(n, d)| NamedDataset::new(n.as_str(), d)).collect()
 }

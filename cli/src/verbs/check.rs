@@ -7,14 +7,13 @@ use calibench::files::with_reasons;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::dataset::file::DATASET_TOML;
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample};
 use calibench::measure::poses::{PlannedPose, read_plan, write_plan};
 use calibench::monitoring::check::power::power_of_check;
 use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels};
 use calibench::monitoring::history::{History, HistoryError, HistoryLock, day_until_now};
 use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
-use calibench_sim::scenario::load_scenario;
 
 use super::measure::cell as measure_cell;
 use super::measure::{Simulated, simulate};
@@ -22,6 +21,7 @@ use super::plan::cell::is_cell;
 use crate::arguments::choices::seed;
 use crate::arguments::choosing::Choice;
 use crate::arguments::data::{read_calibration_to_use, read_datasets};
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
 use crate::terminal::output::{check_outputs, note, print, print_answer, print_json};
 use crate::terminal::progress::Waiting;
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.page)?;
     let calibration = read_calibration_to_use(&arguments.calibration)?;
     let (name, campaign) = read(&arguments.then)?;
-    let then = (name.as_str(), &campaign);
+    let then = NamedDataset::new(name.as_str(), &campaign);
     let reference = CheckReference::new(&calibration, then).map_err(|e| located(&arguments.then, &e))?;
     if !reference.is_as_calibrated() {
         note("The campaign is not the one that was calibrated: the verdict refers to the time since the campaign.");
@@ -116,22 +116,22 @@ fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
 }
 
 /// Chooses the poses to measure again, and reports what they would find.
-fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<Outcome, Failure> {
+fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let waiting = Waiting::new("planning the check");
     let located = |e: CheckError| located(&arguments.then, &e);
     let chosen = choose_sentinels(calibration, then, usize::from(arguments.sentinels)).map_err(located)?;
     let power = power_of_check(calibration, then, &chosen, &SIZES).map_err(located)?;
     drop(waiting);
-    let ids: Vec<String> = chosen.iter().map(|&k| then.1.samples[k].id.clone()).collect();
+    let ids: Vec<String> = chosen.iter().map(|&k| then.dataset.samples[k].id.clone()).collect();
     if let (Some(plan), Some(output)) = (&arguments.plan, &arguments.output) {
-        let whole = read_plan(plan, then.1)?;
+        let whole = read_plan(plan, then.dataset)?;
         let sentinels = whole.of_poses(&ids).map_err(|id| LocatedError {
             path: plan.clone(),
             field: "pose",
             problem: format!("has no pose '{id}', which the campaign has; name the plan by which the campaign was measured"),
         })?;
-        write_plan(output, &sentinels, then.1)?;
+        write_plan(output, &sentinels, then.dataset)?;
     }
     if arguments.json {
         print_json(&documents::Check::of_plan(ids, &power))?;
@@ -156,7 +156,7 @@ fn probe(
     let nominal = if is_real {
         read_cell(cell)?.dataset
     } else {
-        let scenario = load_scenario(cell)?;
+        let scenario = read_scenario(cell)?;
         scenario.expect_trical("check")?;
         Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
     };
@@ -172,17 +172,18 @@ fn probe(
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
-    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.1));
-    reference.noise((then.0, &now(planned.collect()))).map_err(|e| LocatedError {
+    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.dataset));
+    reference.noise(NamedDataset::new(then.name, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",
         problem: with_reasons(&e),
     })?;
     let mut choose = |_: &[&PlannedPose], samples: &[Sample]| -> Option<usize> {
-        let check = reference.check((then.0, &now(samples.to_vec())));
+        let check = reference.check(NamedDataset::new(then.name, &now(samples.to_vec())));
         if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
     };
-    let under = vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.1.hash.clone())];
+    let under =
+        vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.dataset.hash.clone())];
     let choice = Choice { choose: Some(&mut choose), silent: arguments.json, under };
     if is_real {
         return measure_cell::run(cell, &arguments.real, plan, Some(folder), arguments.resume, choice);
@@ -204,7 +205,8 @@ fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
 fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, folder: &PathBuf) -> Result<Outcome, Failure> {
     let (_, now) = read(folder)?;
     // Both are of the calibration's set-up, whatever their folders are called.
-    let (check, shown) = reference.check_with_power((reference.campaign().0, &now)).map_err(|e| located(folder, &e))?;
+    let (check, shown) =
+        reference.check_with_power(NamedDataset::new(reference.campaign().name, &now)).map_err(|e| located(folder, &e))?;
     let mut charts = None;
     if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
         // Another check must not be added between reading and writing.

@@ -6,7 +6,7 @@ use calibench::diagnosis::Examination;
 use calibench::files::disk::check_output_folder;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::{Extrapolation, WorkspacePoses};
 use calibench::residuals::comparison::Comparison;
 use calibench_report::{
@@ -90,15 +90,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// The expected error over the workspace, from the rows that the calibration was fitted to; otherwise the reason why it cannot
 /// be predicted.
-pub(super) fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, NoForecast> {
-    let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
-    let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
+pub(super) fn of_fitted_rows(calibration: &Calibration, datasets: &[NamedDataset<'_>]) -> Result<Forecast, NoForecast> {
+    let of_hash = |hash: &String| datasets.iter().find(|d| d.dataset.hash == *hash).copied();
+    let mut fitted: Vec<NamedDataset<'_>> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
     if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
         // A calibration that lists none of these files is recognised by its values: they are optimal for these rows.
         let has_fit_rows = |d: &Dataset| d.samples.iter().any(|s| Use::Fit.takes(s));
-        fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
+        fitted = datasets.iter().copied().filter(|d| has_fit_rows(d.dataset)).collect();
         let is_fit =
-            |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.fit_relation.fitted);
+            |rows: &[NamedDataset<'_>]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.fit_relation.fitted);
         if fitted.is_empty() || !is_fit(&fitted) {
             return Err(NoForecast::OtherRows);
         }

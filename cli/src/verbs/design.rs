@@ -7,13 +7,13 @@ use serde_json::to_value;
 use toml::{Table, Value};
 
 use crate::arguments::choices::seed;
+use crate::arguments::scenario::read_document;
 use crate::tables::design::design_text;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Steps;
 use crate::terminal::streams::output;
 use calibench_lab::design::{Design, Judged, design, design_page};
-use calibench_sim::scenario::Document;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -38,7 +38,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(arguments.output.iter().chain(&arguments.report))?;
-    let document = Document::read(&arguments.scenario)?;
+    let document = read_document(&arguments.scenario)?;
     let seed = arguments.seed.map_or_else(|| document.scenario().map(|s| s.seed), Ok)?;
     let bar = Steps::new();
     let found = design(&document, seed, arguments.trials, &bar)?;

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
     let bar = Stages::new(2);
     bar.begin("fitting the model, testing every effect");
     let mut step = ladder_step(&named, &model, ground).map_err(locate)?;

@@ -10,11 +10,11 @@ use calibench::identify::problem::Use;
 use calibench::measure::campaign::CampaignObserver;
 use calibench_lab::gallery::{Campaign, gallery, of_scenario};
 use calibench_report::{GALLERY_MARK, Gallery};
-use calibench_sim::scenario::load_scenario;
 
 use crate::arguments::choices::seed;
 use crate::arguments::data::{model_for, read_datasets};
 use crate::arguments::data_gate::gate;
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::print;
 use crate::terminal::progress::{Trials, Waiting};
@@ -89,7 +89,7 @@ fn campaigns(arguments: &Arguments) -> Result<(Vec<Campaign>, u64), Failure> {
             if arguments.model.is_some() {
                 return Err("--model is for datasets: a scenario has its own".into());
             }
-            let scenario = load_scenario(path)?;
+            let scenario = read_scenario(path)?;
             scenario.expect_trical("gallery")?;
             let seed = arguments.seed.unwrap_or(scenario.seed);
             Ok((of_scenario(&scenario, seed, &mut Unwatched).map_err(|e| scenario.locate(&e))?, seed))

@@ -7,8 +7,8 @@ use calibench::files::streams::is_standard_output;
 use calibench::identify::problem::Use;
 use calibench::import::{Holdout, ImportOptions, guess, import};
 use calibench::measure::campaign::journal::refuse_measured;
-use calibench::measure::dataset::SampleSet;
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
+use calibench::measure::dataset::{NamedDataset, SampleSet};
 use calibench::residuals::misfit::data_fit;
 use calibench::robot::BUILT_IN;
 use calibench::robot::robot_file::{RobotReference, robot};
@@ -136,7 +136,7 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         found.dataset
     };
-    let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
+    let misfit = data_fit(&[NamedDataset::new("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
     let misfit = misfit.as_ref().map(misfit_sentence);
     let outcome = if misfit.is_some() { Outcome::ExpectationFailed } else { Outcome::Done };
     if arguments.json {

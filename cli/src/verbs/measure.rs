@@ -12,7 +12,7 @@ use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::{Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload};
 use calibench::measure::dataset::file::{DATASET_TOML, read_dataset};
-use calibench::measure::dataset::{Dataset, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample, SampleSet};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, read_plan};
 use calibench::planning::{Adaptive, LOOKS};
 use calibench::units::MM;
@@ -23,16 +23,17 @@ use crate::arguments::choices::PlantChoice;
 use crate::arguments::choices::seed;
 use crate::arguments::choosing::{Choice, Chosen, finished};
 use crate::arguments::data::model_for;
+use crate::arguments::scenario::{read_document, read_scenario};
 use crate::terminal::failure::{Failure, Interrupted, Outcome};
 use crate::terminal::output::{print_answer, warn};
 use crate::terminal::progress::{CampaignBar, Waiting};
 use crate::terminal::streams::input;
-use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
+use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker};
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
 use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::{Document, Scenario, load_scenario};
+use calibench_sim::scenario::Scenario;
 use calibench_sim::session::{Session, centring};
 
 /// Two forms of call; clap's generated usage would merge them.
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
         (Some(cell), _) => (read_cell(cell)?.dataset, 0),
         (None, Some(scenario)) => {
-            let scenario = load_scenario(scenario)?;
+            let scenario = read_scenario(scenario)?;
             scenario.expect_trical("measure")?;
             let cell = Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() };
             (cell, scenario.plan.light_poses)
@@ -148,7 +149,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
     let waiting = Waiting::new("diagnosing");
-    let diagnosis = diagnose(&[("campaign", &measured)], &model);
+    let diagnosis = diagnose(&[NamedDataset::new("campaign", &measured)], &model);
     drop(waiting);
     print_answer(&reached_sentence(&adaptive, until_mm))?;
     if let Some(sentence) = warming_sentence(&measured.samples) {
@@ -208,7 +209,7 @@ fn run_with(arguments: &Arguments, choice: Choice<'_>) -> Result<Outcome, Failur
 pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome, Failure> {
     let Simulated { scenario, output, visit, .. } = *arguments;
     check_output_folder(output, "dataset", DATASET_TOML)?;
-    let document = Document::read(scenario)?;
+    let document = read_document(scenario)?;
     let mut scenario = document.scenario()?;
     scenario.expect_trical("measure")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
@@ -253,7 +254,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         other => return Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
     };
     journal.live_through_again();
-    let mut observer = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
+    let mut observer = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
     let streams = (Streams { seed, trial: 0 }, visit);
     let measured = measure(&scenario, streams, (&planned, &points), &mut journal, &mut observer);
     drop(observer);
@@ -271,7 +272,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     let summary = format!(
         "{} of {} planned probings{} measured; dataset in {}",
         record.samples.len(),
-        wanted(poses),
+        planned.wanted(),
         if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
         output.display()
     );

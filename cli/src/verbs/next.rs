@@ -17,12 +17,12 @@ use calibench_report::{documents, next_sentences, next_table, planned_sentence};
 use crate::arguments::choices::seed;
 use crate::arguments::data::{locate_in_data, model_for, named, read_datasets};
 use crate::arguments::data_gate::gate;
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
 use crate::terminal::streams::{input, output};
 use calibench_sim::planning::{layout, retreat};
-use calibench_sim::scenario::load_scenario;
 use calibench_workbench::{WrittenProposal, write_proposal};
 
 #[derive(clap::Args)]
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(_) => None,
         None => {
             let at = WorkspacePoses::of(&named);
-            Some(planned_for(&named, &model, HoldOut { poses: &at.q, checks: &[] }).map_err(locate)?)
+            Some(planned_for(&named, &model, HoldOut { poses: &at.q, checks: &[], worker: None }).map_err(locate)?)
         }
     };
     let model = planned.as_ref().map_or(&model, |p| &p.ladder_step().model);
@@ -123,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Reads the cell of a scenario, which must be that of the dataset, and its reference to the robot.
 fn of_scenario(path: &Path, dataset: &Dataset) -> Result<(CellLayout, String), Failure> {
-    let scenario = load_scenario(path)?;
+    let scenario = read_scenario(path)?;
     let cell = scenario.dataset();
     if !cell.robot.is_same_arm(&dataset.robot) {
         let problem = format!("is '{}', but the dataset's robot is '{}'", cell.robot.name, dataset.robot.name);

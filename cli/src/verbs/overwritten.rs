@@ -24,7 +24,7 @@ const ADDED_TO: [&str; 2] = ["rows", "save_to"];
 const ROBOT: &str = "urdf_of";
 
 /// Keys under which a TOML file names others.
-const NAMING: [&str; 5] = ["dataset", "extends", "robot", "robots", "scenario"];
+const NAMING: [&str; 6] = ["dataset", "extends", "robot", "robots", "scenario", "scene"];
 
 /// Files of a dataset.
 const DATASET: [&str; 2] = [DATASET_TOML, "samples.csv"];

@@ -10,12 +10,12 @@ use calibench_report::{detectability_text, documents};
 
 use self::cell::{is_cell, scenario_of};
 use crate::arguments::choices::seed;
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json};
 use crate::terminal::progress::Waiting;
 use crate::terminal::streams::output;
 use calibench_sim::planning::{Chosen, nominal_samples, plan_within, shown};
-use calibench_sim::scenario::load_scenario;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let (scenario, cell) = scenario_of(&arguments.scenario)?;
         (scenario, cell.dataset, Some(cell.guards))
     } else {
-        let scenario = load_scenario(&arguments.scenario)?;
+        let scenario = read_scenario(&arguments.scenario)?;
         scenario.expect_trical("plan")?;
         let dataset = scenario.dataset();
         (scenario, dataset, None)

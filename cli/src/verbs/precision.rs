@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::arguments::choices::seed;
+use crate::arguments::scenario::read_scenario;
 use crate::tables::precision::{precision_json, precision_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print_answer, print_json};
@@ -11,7 +12,7 @@ use calibench::files::with_reasons;
 use calibench_lab::precision::{PrecisionError, Setup, Source, budget, carry_out};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::MOST_REPETITIONS;
-use calibench_sim::scenario::{Scenario, load_scenario};
+use calibench_sim::scenario::Scenario;
 
 /// Largest number of tests in a budget: its bands are then below one per cent.
 const MOST_TRIALS: u64 = 100_000;
@@ -45,7 +46,7 @@ fn trials(text: &str) -> Result<u64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let scenario = load_scenario(&arguments.scenario)?;
+    let scenario = read_scenario(&arguments.scenario)?;
     let mut setup = Setup::of(&scenario);
     setup.repetitions = arguments.repetitions.unwrap_or(setup.repetitions);
     let seed = arguments.seed.unwrap_or(scenario.seed);

@@ -11,6 +11,7 @@ use serde_json::json;
 use self::cell::{Asked, CellArguments, at_cell, places};
 use crate::arguments::choices::PlantChoice;
 use crate::arguments::choices::seed;
+use crate::arguments::scenario::read_scenario;
 use crate::tables::repeatability::{Whose, repeatability_json, repeatability_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print_answer, print_json};
@@ -19,7 +20,7 @@ use calibench::files::with_reasons;
 use calibench_sim::random::Streams;
 use calibench_sim::repeatability::{RepeatabilityError, Visited, stations, visit};
 use calibench_sim::run::RunError;
-use calibench_sim::scenario::{PlantKind, Scenario, load_scenario};
+use calibench_sim::scenario::{PlantKind, Scenario};
 
 /// Largest number of returns, reversals or postures: so many make a visit last a day.
 const MOST: usize = 1000;
@@ -78,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return print_result(arguments.json, &whose, &visited);
     }
     let Some(path) = &arguments.scenario else { return Err("give a scenario, or --cell CELL with --plan PLAN".into()) };
-    let mut scenario = load_scenario(path)?;
+    let mut scenario = read_scenario(path)?;
     scenario.expect_trical("repeatability")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);

@@ -175,6 +175,7 @@ fn open_run(run: &Path) -> Result<Case, Failure> {
         campaign: CampaignRecord::read(run)?,
         pictures: CellPicture::read(run)?,
         run: Some(result),
+        worker: None,
     })
 }
 

@@ -1,5 +1,6 @@
 //! `run SCENARIO`: the whole procedure in words, from the plan to the paper's Table 9.
 
+use calibench::measure::dataset::NamedDataset;
 use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::Examination;
@@ -20,6 +21,7 @@ use super::plan::chosen_sentence;
 use crate::arguments::choices::PlantChoice;
 use crate::arguments::choices::seed;
 use crate::arguments::data::forecast;
+use crate::arguments::scenario::read_scenario;
 use crate::tables::hidden::{hidden_effects, hidden_text, named};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_json, warn};
@@ -32,7 +34,7 @@ use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Check, Method, Run, RunError, run as procedure};
 use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::{Scenario, load_scenario};
+use calibench_sim::scenario::Scenario;
 use calibench_sim::score::ScoredParameter;
 
 /// The paper's Table 9, mm: mean, maximum, standard deviation.
@@ -66,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(folder) = &arguments.out {
         check_output_folder(folder, "run", FILES[0])?;
     }
-    let mut scenario = load_scenario(&arguments.scenario)?;
+    let mut scenario = read_scenario(&arguments.scenario)?;
     scenario.expect_trical("run")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);
@@ -197,9 +199,9 @@ fn errors_table(run: &Run) -> String {
 /// The reason why the TriCal's errors on the validation poses differ from those expected there, if they do.
 fn difference(run: &Run) -> Option<String> {
     let Method { dataset, calibration, validation, .. } = &run.trical;
-    let fitted = [("trical", dataset)];
+    let fitted = [NamedDataset::new("trical", dataset)];
     let examination = Examination::new(&fitted, &calibration.model).ok()?;
-    let at = WorkspacePoses::of(&[("validation", &run.validation)]);
+    let at = WorkspacePoses::of(&[NamedDataset::new("validation", &run.validation)]);
     let forecast = forecast(&fitted, &examination, &at).ok()?.ok()?;
     judged_alike(validation, &forecast.error, forecast.extrapolation.outside)
 }

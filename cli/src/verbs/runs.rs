@@ -6,7 +6,7 @@ use calibench::files::with_reasons;
 use calibench::identify::Model;
 use calibench::identify::calibration::write_calibration;
 use calibench::identify::problem::{Problem, Use};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::monitoring::runs::tables::EffectStatus;
 use calibench::monitoring::runs::{Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict, set_suspects_aside};
 use calibench::residuals::noise::Suspect;
@@ -163,7 +163,7 @@ fn drifts(declared: &[String], datasets: &[(String, Dataset)], model: &Model) ->
     if declared.is_empty() {
         return Ok(Vec::new());
     }
-    let named: Vec<(&str, &Dataset)> = datasets.iter().map(|(n, d)| (n.as_str(), d)).collect();
+    let named: Vec<NamedDataset<'_>> = datasets.iter().map(|(n, d)| NamedDataset::new(n.as_str(), d)).collect();
     let problem = Problem::new(&named, model, Use::Fit)?;
     let drift = |text: &String| -> Result<(String, f64), Failure> {
         let (name, size) = text.split_once('=').ok_or_else(|| format!("--drift {text}: write it as theta2=0.01"))?;

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 
 use crate::arguments::choices::seed;
 use crate::arguments::choices::{LoopChoice, MakerChoice, PlantChoice, ServerChoice};
+use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::note;
 use calibench_serve::{Injection, Manner, RobotManner, Service, serve};
 use calibench_sim::planning::plan;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
-use calibench_sim::scenario::{PlantKind, load_scenario};
+use calibench_sim::scenario::PlantKind;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -83,7 +84,7 @@ fn time_scale(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut scenario = load_scenario(&arguments.scenario)?;
+    let mut scenario = read_scenario(&arguments.scenario)?;
     scenario.expect_trical("serve")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);

@@ -7,6 +7,7 @@ use serde_json::json;
 use toml::Value;
 
 use crate::arguments::choices::{MethodChoice, PlantChoice, seed};
+use crate::arguments::scenario::read_document;
 use crate::tables::study::{Products, study_json, study_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
@@ -105,7 +106,7 @@ fn extent(first: u64, trials: u64) -> Result<Extent, String> {
 
 /// Plans the requested study.
 fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
-    let mut document = Document::read(&arguments.scenario)?;
+    let mut document = read_document(&arguments.scenario)?;
     let change =
         |document: &mut Document, key: &str, value: Value| -> Result<(), KeyError> { document.set(&key.parse()?, value) };
     if let Some(seed) = arguments.seed {

@@ -7,13 +7,14 @@ use calibench_report::plain_table;
 use serde_json::json;
 
 use crate::arguments::choices::seed;
+use crate::arguments::scenario::read_scenario;
 use crate::tables::suite::{classes_text, suite_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Trials;
 use crate::terminal::streams::output;
 use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
-use calibench_sim::scenario::{Scenario, load_scenario};
+use calibench_sim::scenario::Scenario;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -52,7 +53,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
-    let scenario = load_scenario(&arguments.scenario)?;
+    let scenario = read_scenario(&arguments.scenario)?;
     scenario.expect_trical("suite")?;
     let Some(spec) = &scenario.suite else {
         return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::prediction::Extrapolation;
 use calibench::residuals::Validation;
 use calibench::units::MM;
@@ -110,7 +110,7 @@ const WORTH_A_WORD: f64 = 0.1;
 const ANOTHER: f64 = 0.2;
 
 /// States that rows were measured from another place, or with another tool, if that is most of their error.
-fn other_base(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use, as_it_is: &Validation) -> Option<String> {
+fn other_base(calibration: &Calibration, datasets: &[NamedDataset<'_>], which: Use, as_it_is: &Validation) -> Option<String> {
     let refitted = Validation::of(&calibration.set_up_anew().predict(datasets, which).ok()?)?;
     (refitted.rms < ANOTHER * as_it_is.rms).then(|| {
         format!(

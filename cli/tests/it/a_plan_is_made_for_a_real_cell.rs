@@ -1,13 +1,16 @@
-//! `plan CELL` makes the plan that the referenced scenario gives, with the names of the cell's own dataset, and rejects a
-//! scenario of another cell.
+//! `plan CELL` makes the plan that the referenced scenario gives, with the names of the cell's own dataset and clear of the bodies
+//! that the cell file names, and rejects a scenario of another cell.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
+use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::dataset::file::write_dataset;
 use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::measure::poses::read_plan;
+use calibench::robot::solids::{Solid, Surroundings, SweptCheck};
 use calibench_sim::scenario::load_scenario;
+use nalgebra::Vector3;
 use tempfile::TempDir;
 
 const CELL: &str = "format = \"calibench-cell/1\"
@@ -57,8 +60,39 @@ fn it_is_the_plan_of_the_scenario() {
     }
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert_eq!(read("by-cell.toml"), read("by-scenario.toml"));
-    let cell = calibench::measure::campaign::cell::read_cell(&folder.path().join("cell.toml")).unwrap();
+    let cell = read_cell(&folder.path().join("cell.toml")).unwrap();
     assert!(read_plan(&folder.path().join("by-cell.toml"), &cell.dataset).unwrap().poses.len() >= 80);
+}
+
+#[test]
+fn it_is_clear_of_the_bodies_of_the_cell() {
+    let cell = CELL.replace("[robot]", "surroundings.scene = \"scene.toml\"\n[robot]");
+    let folder = folder(&cell, |_| {});
+    let at = |name: &str| folder.path().join(name);
+    let planned = |file: &str| {
+        let done = plan(&folder, file, "plan.toml");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        std::fs::read_to_string(at("plan.toml")).unwrap()
+    };
+    let mut scene = load_scenario(&at("scenario.toml")).unwrap().scene();
+    scene.write(&at("scene.toml")).unwrap();
+    let open = planned("cell.toml");
+    assert_eq!(open, planned("scenario.toml"), "the bodies are those of the scenario");
+    // A post where the arm would pass.
+    let least = |text: &str, post: &Solid| {
+        let cell = read_cell(&at("cell.toml")).unwrap().dataset;
+        let bodies = Surroundings { fixed: vec![post.clone()], carried: Vec::new() };
+        std::fs::write(at("plan.toml"), text).unwrap();
+        let poses = read_plan(&at("plan.toml"), &cell).unwrap().poses;
+        let mut swept = SweptCheck::new(&cell.robot, &cell.base, &cell.tool, &bodies);
+        let gaps = poses.iter().filter_map(|p| swept.narrowest(&p.approach, &p.contact, 0.0, None));
+        gaps.map(|gap| gap.clearance.distance).fold(f64::INFINITY, f64::min)
+    };
+    let post = Solid::capsule("post", 0, [Vector3::new(-0.3, 0.3, 0.0), Vector3::new(-0.3, 0.3, 0.8)], 0.03);
+    assert!(least(&open, &post) <= 0.0, "the post stands in the way");
+    scene.fixed.push(post.clone());
+    scene.write(&at("scene.toml")).unwrap();
+    assert!(least(&planned("cell.toml"), &post) > 0.0);
 }
 
 #[test]

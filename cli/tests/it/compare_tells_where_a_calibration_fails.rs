@@ -1,6 +1,7 @@
 //! `compare` on the program's own measurements: the paper's robot shows joint errors, a correct model shows nothing, JSON and
 //! plot files agree, and bad input ends in one line with a remedy.
 
+use calibench::measure::dataset::NamedDataset;
 use std::fs;
 use std::path::Path;
 
@@ -191,7 +192,7 @@ fn a_fit_that_did_not_converge_is_used_for_nothing() {
     assert!(!at.join("fakes.csv").exists());
 
     let data = read_dataset(&at.join("run/trical")).unwrap();
-    let mut diagnosis = diagnose(&[("d", &data)], &Model::default_for(&data)).unwrap();
+    let mut diagnosis = diagnose(&[NamedDataset::new("d", &data)], &Model::default_for(&data)).unwrap();
     diagnosis.outcome = Outcome::IterationLimit;
     let said = sentences(&diagnosis, &Recommended::default());
     assert!(said[0].starts_with("WARNING: the fit used up its steps"), "{said:?}");

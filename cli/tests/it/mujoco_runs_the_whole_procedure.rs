@@ -32,8 +32,8 @@ mod with_mujoco {
     }
 
     fn procedure(scenario: &Scenario, plant: PlantKind) -> Run {
-        calibench_mujoco::provide();
-        let scenario = scenario.with_plant(plant);
+        let mut scenario = scenario.with_plant(plant);
+        scenario.mujoco = Some(calibench_mujoco::make_plant);
         run(&scenario, Plans::new(&scenario, 1).unwrap(), Streams { seed: 1, trial: 0 }, &mut ()).unwrap()
     }
 

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
 use calibench::residuals::Validation;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{MM, UM};
@@ -61,8 +61,8 @@ fn measured(scenario: &Scenario) -> (Dataset, Dataset) {
 fn error(scenario: &Scenario) -> f64 {
     let (fit, validation) = measured(scenario);
     let model: Model = shown(&scenario.model, &fit);
-    let calibration = identify(&[("fit", &fit)], &model).unwrap();
-    let prediction = calibration.predict(&[("validation", &validation)], Use::Validation).unwrap();
+    let calibration = identify(&[NamedDataset::new("fit", &fit)], &model).unwrap();
+    let prediction = calibration.predict(&[NamedDataset::new("validation", &validation)], Use::Validation).unwrap();
     Validation::of(&prediction).unwrap().mean
 }
 

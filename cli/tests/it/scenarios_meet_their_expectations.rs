@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::run;
-use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::load_scenario;
+use calibench_sim::scenario::{Document, PlantKind, load_scenario};
 
 /// Names of the scenarios: files that state a format; the others are cells that scenarios extend. Expectations of a `[suite]` are
 /// checked by the suite, not by a single run.
@@ -23,10 +22,11 @@ fn scenarios() -> Vec<String> {
 }
 
 fn meets_its_expectations(name: &str) {
-    #[cfg(feature = "mujoco")]
-    calibench_mujoco::provide();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"));
-    let scenario = load_scenario(&file).unwrap();
+    let document = Document::read(&file).unwrap();
+    #[cfg(feature = "mujoco")]
+    let document = document.with_mujoco(calibench_mujoco::make_plant);
+    let scenario = document.scenario().unwrap();
     assert!(!scenario.expect.is_empty(), "{} expects nothing", file.display());
     if scenario.plant == PlantKind::Mujoco && !cfg!(feature = "mujoco") {
         let why = "built without the feature `mujoco`; tests/run builds with it where Python can be had";

@@ -61,6 +61,7 @@ impl Bench {
         // A dataset needs at least one sample; only its description is used.
         let sample = Sample::new("a", vec![0.0; cell.robot.joints()], Measured::Ball { ball: 0, reading: None });
         write_dataset(&Dataset { samples: vec![sample], ..cell.clone() }, &bench.path("cell")).unwrap();
+        bench.scenario.scene().write(&bench.path("scene.toml")).unwrap();
         write_plan(&bench.path("plan.toml"), &bench.plan(), &cell).unwrap();
         bench
     }
@@ -100,7 +101,7 @@ impl Bench {
     /// Writes `cell.toml` for the served cell, with additional keys for the robot and the indicators, and additional tables.
     pub fn write_cell(&self, served: &Served, robot: &str, indicator: &str, tables: &str) -> PathBuf {
         let mut text = format!(
-            "format = \"calibench-cell/1\"\ndataset = \"cell/dataset.toml\"\nscenario = \"scenario.toml\"\n[robot]\naddress = \"{}\"\nspeed_percent = 100\n\
+            "format = \"calibench-cell/1\"\ndataset = \"cell/dataset.toml\"\nsurroundings.scene = \"scene.toml\"\n[robot]\naddress = \"{}\"\nspeed_percent = 100\n\
              flange.b_deg = 180\nvariables.joints = \"$AXIS_ACT_MEAS\"\nvariables.commanded = \"$AXIS_ACT\"\n\
              patience.settle_s = 0.0\npatience.poll_ms = 1\npatience.answer_s = 1.0\npatience.motion_s = 20.0\n{robot}\n{tables}\n",
             served.robot

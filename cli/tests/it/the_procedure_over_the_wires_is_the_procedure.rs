@@ -8,7 +8,7 @@ use calibench::identify::{Model, identify};
 use calibench::measure::campaign::{Campaign, CampaignSettings};
 use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::file::read_dataset;
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::measure::poses::ways::ArmAt;
 use calibench::units::UM;
 use calibench_sim::plans::session_s;
@@ -95,7 +95,7 @@ fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
     println!("apart: median {:.2} um, largest {:.2} um", apart[apart.len() / 2] / UM, apart[apart.len() - 1] / UM);
 
     let model = Model::default_for(&plain);
-    let [over_wires, in_process] = [&wired, &plain].map(|d| identify(&[("d", d)], &model).unwrap());
+    let [over_wires, in_process] = [&wired, &plain].map(|d| identify(&[NamedDataset::new("d", d)], &model).unwrap());
     assert_eq!(over_wires.rank, in_process.rank);
     let differences = over_wires.estimates.iter().zip(&in_process.estimates).map(|(a, b)| {
         assert_eq!(a.name, b.name);

@@ -4,7 +4,7 @@ use calibench::identify::calibration::IdentifyError;
 use calibench::identify::fit::fit;
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{BACKGROUND_WIDTH, Model};
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{NamedDataset, Sample};
 use calibench::residuals::views::SeenSample;
 use nalgebra::{Rotation3, Vector3};
 
@@ -54,7 +54,7 @@ impl<'a> Scene<'a> {
     ///
     /// # Errors
     /// If the data do not determine either.
-    pub fn new(datasets: &[(&str, &'a Dataset)], model: &Model, effect: &str, times: f64) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[NamedDataset<'a>], model: &Model, effect: &str, times: f64) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fitted = fit(&problem)?;
         let mut with = model.with(effect);
@@ -65,7 +65,8 @@ impl<'a> Scene<'a> {
         let with = fit(&wider)?;
         let after = wider.residuals(&with.values);
         let turns = [problem.orientation_residuals(&fitted.values), wider.orientation_residuals(&with.values)];
-        let samples: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
+        let samples: Vec<&Sample> =
+            datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &samples, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
@@ -75,7 +76,7 @@ impl<'a> Scene<'a> {
         payloads.sort_by(f64::total_cmp);
         payloads.dedup();
         let rows = seen.into_iter().zip(after).enumerate().map(|(k, (s, after))| Row {
-            ball: s.ball().map(|b| datasets[s.dataset].1.balls[b].id.as_str()),
+            ball: s.ball().map(|b| datasets[s.dataset].dataset.balls[b].id.as_str()),
             before: before(&samples, k),
             levers: s.joint_columns.iter().enumerate().map(usable).collect(),
             world_from_tool: s.world_from_tool,
@@ -90,7 +91,7 @@ impl<'a> Scene<'a> {
             payloads,
             rows: rows.collect(),
             joints,
-            balls: datasets.first().map_or_else(Vec::new, |(_, d)| d.ball_ids()),
+            balls: datasets.first().map_or_else(Vec::new, |NamedDataset { dataset: d, .. }| d.ball_ids()),
         })
     }
 }

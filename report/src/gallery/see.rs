@@ -8,7 +8,7 @@ use calibench::effects::registry::family;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::math::rms;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::units::{UM, URAD};
 use nalgebra::Vector3;
 
@@ -51,7 +51,7 @@ pub struct Seen {
 ///
 /// # Errors
 /// If the data do not determine the model, without or with the effect.
-pub fn see(datasets: &[(&str, &Dataset)], model: &Model, effect: &str, times: f64) -> Result<Seen, IdentifyError> {
+pub fn see(datasets: &[NamedDataset<'_>], model: &Model, effect: &str, times: f64) -> Result<Seen, IdentifyError> {
     let scene = Scene::new(datasets, model, effect, times)?;
     let turned = family(effect).is_some_and(|f| f.offered == Offered::ToOrientations);
     let both: [Vec<Vector3<f64>>; 2] = if turned {

@@ -18,7 +18,7 @@ use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::fit::{Outcome, fit};
 use calibench::identify::problem::{Problem, Use};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::comparison::Comparison;
 use calibench::selection::ladder::READILY;
 use calibench::units::{DEG, MM, UM, URAD};
@@ -79,7 +79,7 @@ impl Candidate {
     /// If the data do not determine it, or so little that its fit does not converge readily.
     pub fn of(
         offered: Offered,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         before: &Residuals,
         comparison: &Comparison,
     ) -> Result<Self, IdentifyError> {

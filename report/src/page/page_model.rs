@@ -20,7 +20,8 @@ use calibench::effects::{in_words, variable_in_words};
 use calibench::identify::Prediction;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, SampleSet};
+use calibench::measure::dataset::{NamedDataset, SampleSet};
+use calibench::prediction::worker::Worker;
 use calibench::prediction::{Extrapolation, PoseSource, WorkspacePoses};
 use calibench::residuals::Validation;
 use calibench::robot::JointKind;
@@ -34,6 +35,7 @@ pub struct PageModel {
     /// The model, fitted and judged.
     pub ladder_step: LadderStep,
     poses: Arc<WorkspacePoses>,
+    worker: Option<&'static dyn Worker>,
 }
 
 impl PageModel {
@@ -43,9 +45,9 @@ impl PageModel {
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
         let poses = PageModel::poses(subject);
-        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
         let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject)?;
-        Ok(PageModel { ladder_step, poses })
+        Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
 
     /// Judges a fitted model of the subject at these poses; the result is that of [`PageModel::new`] for the same model.
@@ -57,9 +59,9 @@ impl PageModel {
         subject: &PageSubject<'_>,
         poses: Arc<WorkspacePoses>,
     ) -> Result<Self, IdentifyError> {
-        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
         let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject)?;
-        Ok(PageModel { ladder_step, poses })
+        Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
 
     /// The poses at which models of these data are judged: those of the validation rows, of `judged` or else of `datasets`;
@@ -97,7 +99,7 @@ impl PageModel {
 
     /// The same as the ground of a step.
     pub fn ground(&self) -> HoldOut<'_> {
-        HoldOut { poses: &self.poses.q, checks: &[] }
+        HoldOut { poses: &self.poses.q, checks: &[], worker: self.worker }
     }
 
     /// The expected error over the workspace, if it can be predicted.
@@ -282,8 +284,8 @@ pub(super) fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
 }
 
 /// True if there are validation rows.
-pub(super) fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
-    datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation))
+pub(super) fn has_validation(datasets: &[NamedDataset<'_>]) -> bool {
+    datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == SampleSet::Validation))
 }
 
 /// A step of the ladder with its position errors on the validation rows.
@@ -302,8 +304,8 @@ pub(super) fn judge(mut ladder_step: LadderStep, subject: &PageSubject<'_>) -> R
 /// locate several set-ups; their bases are fitted.
 fn nominal(
     calibration: &Calibration,
-    datasets: &[(&str, &Dataset)],
-    judged: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
+    judged: &[NamedDataset<'_>],
 ) -> Result<Value, IdentifyError> {
     let base_fitted = calibration.setups.len() > 1;
     let nominal = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
@@ -327,7 +329,7 @@ fn by_pose(nominal: &Prediction, calibrated: &Prediction) -> Value {
 }
 
 /// The poses of the predicted error and, if measured at them, a map of the measured error.
-fn workspace(forecast: &Forecast, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
+fn workspace(forecast: &Forecast, calibration: &Calibration, judged: &[NamedDataset<'_>]) -> Result<Value, IdentifyError> {
     let poses = &forecast.error.poses;
     let stride = poses.len().div_ceil(MOST_POINTS).max(1);
     let mut measured = None;
@@ -349,9 +351,9 @@ fn workspace(forecast: &Forecast, calibration: &Calibration, judged: &[(&str, &D
     }))
 }
 
-fn provenance(datasets: &[(&str, &Dataset)], judged: &[(&str, &Dataset)]) -> Value {
-    let further = judged.iter().filter(|(name, _)| !datasets.iter().any(|(n, _)| n == name));
-    let of_dataset = |(name, d): &(&str, &Dataset)| {
+fn provenance(datasets: &[NamedDataset<'_>], judged: &[NamedDataset<'_>]) -> Value {
+    let further = judged.iter().filter(|d| !datasets.iter().any(|of| of.name == d.name));
+    let of_dataset = |NamedDataset { name, dataset: d }: &NamedDataset<'_>| {
         let count = |set: SampleSet| d.samples.iter().filter(|s| s.set == set).count();
         let free: Map<String, Value> =
             d.provenance.iter().map(|(key, value)| (key.clone(), json!(value.to_string()))).collect();

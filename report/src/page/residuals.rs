@@ -13,7 +13,7 @@ use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::fit::fit;
 use calibench::identify::problem::{Problem, Use};
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{NamedDataset, Sample};
 use calibench::residuals::comparison::Comparison;
 use calibench::residuals::views::{JointVariable, SeenSample, ViewTest};
 use calibench::robot::JointKind;
@@ -79,10 +79,10 @@ pub(super) struct Residuals {
 impl Residuals {
     /// Fits `model` to the rows of set `fit` and collects their residuals; samples for which `spoken_of` is true are always
     /// drawn.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model, spoken_of: impl Fn(&str) -> bool) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[NamedDataset<'_>], model: &Model, spoken_of: impl Fn(&str) -> bool) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fitted = fit(&problem)?;
-        let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
+        let rows: Vec<&Sample> = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
@@ -96,7 +96,7 @@ impl Residuals {
         let point = |s: &SeenSample<'_>| Point {
             id: s.sample.id.clone(),
             setup: s.setup,
-            ball: s.ball().map(|b| datasets[s.dataset].1.balls[b].id.clone()),
+            ball: s.ball().map(|b| datasets[s.dataset].dataset.balls[b].id.clone()),
             time_s: s.sample.time_s,
             q: s.sample.q.clone(),
             tau: s.tau.clone(),

@@ -4,7 +4,7 @@ use calibench::identify::calibration::IdentifyError;
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
 use calibench::measure::campaign::CampaignObserver;
-use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use calibench::measure::poses::PlannedPose;
 use calibench::planning::Adaptive;
 use calibench::residuals::Validation;
@@ -89,12 +89,12 @@ fn campaign(
     }
     let probings = record.samples.len();
     let measured = Dataset { samples: record.samples, ..cell.clone() };
-    let calibration = identify(&[("campaign", &measured)], &scenario.model)?;
+    let calibration = identify(&[NamedDataset::new("campaign", &measured)], &scenario.model)?;
     let tracker = session.set_up_tracker().map_err(RunError::from)?;
     let points = session.points(&tracker, &plans.tracker.validation, "v", SampleSet::Validation).map_err(RunError::from)?;
     let at_truth = |(sample, at): (Sample, _)| Sample { measured: Measured::Point(at), ..sample };
     let truth = Dataset { samples: points.samples.into_iter().zip(points.truth).map(at_truth).collect(), ..cell };
-    let prediction = calibration.predict(&[("campaign", &truth)], Use::Validation)?;
+    let prediction = calibration.predict(&[NamedDataset::new("campaign", &truth)], Use::Validation)?;
     let error = Validation::of(&prediction).map_or(f64::NAN, |v| v.mean);
     Ok(Campaign { probings, error, enough: false })
 }

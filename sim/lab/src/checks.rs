@@ -6,7 +6,7 @@
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::identify;
 use calibench::measure::campaign::CampaignObserver;
-use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::monitoring::check::conditions::Condition;
 use calibench::monitoring::check::{CheckError, CheckReference, choose_sentinels};
@@ -19,8 +19,8 @@ use rand_distr::{Distribution, UnitSphere};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use calibench_sim::mechanics::Parts;
 use calibench_sim::plans::Plans;
-use calibench_sim::plant::Parts;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
 use calibench_sim::scenario::Scenario;
@@ -147,16 +147,16 @@ impl Checks {
             return Err(RunError::from(abort).into());
         }
         let campaign = dataset(campaign.samples);
-        let calibration = identify(&[("cell", &campaign)], &scenario.model)?;
-        let chosen = choose_sentinels(&calibration, ("cell", &campaign), self.sentinels)?;
+        let calibration = identify(&[NamedDataset::new("cell", &campaign)], &scenario.model)?;
+        let chosen = choose_sentinels(&calibration, NamedDataset::new("cell", &campaign), self.sentinels)?;
         let ids: Vec<String> = chosen.iter().map(|&k| campaign.samples[k].id.clone()).collect();
         let sentinels = plans.plan.probing.of_poses(&ids).map_err(|id| ChecksError::NoPose(id.to_owned()))?;
 
         let mut random = streams.stream("faults");
         // The noise of a comparison, as the check itself takes it: here of the campaign with itself.
         let same = dataset(chosen.iter().map(|&k| campaign.samples[k].clone()).collect());
-        let reference = CheckReference::new(&calibration, ("cell", &campaign))?;
-        let noises = reference.noise(("cell", &same))?;
+        let reference = CheckReference::new(&calibration, NamedDataset::new("cell", &campaign))?;
+        let noises = reference.noise(NamedDataset::new("cell", &same))?;
         let noise = noises.iter().sum::<f64>() / noises.len().max(1) as f64;
         let wanted = self.size * noise * 3f64.sqrt();
         let drawn = Drawn::of(fault, &cell, &sentinels, &mut random);
@@ -171,7 +171,7 @@ impl Checks {
         let record = session.probe(&sentinels, None, &mut observer);
         let samples = spoilt(&record.samples, observer.bad.as_ref());
         let used = samples.len();
-        let check = reference.check(("cell", &dataset(samples)))?;
+        let check = reference.check(NamedDataset::new("cell", &dataset(samples)))?;
         let named = check.named().is_some_and(|first| fault.is(&first.condition) || check.aliased.iter().any(|c| fault.is(c)));
         let mistaken_for = check.named().filter(|_| !named).map(|first| first.condition.name());
         Ok(Outcome { fault, found: check.changed, named, mistaken_for, used })
@@ -188,7 +188,7 @@ struct UntilSettled<'a> {
 impl CampaignObserver for UntilSettled<'_> {
     fn choose(&mut self, _: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
         let now = Dataset { samples: spoilt(samples, self.bad.as_ref()), ..self.campaign.clone() };
-        let check = self.reference.check(("cell", &now));
+        let check = self.reference.check(NamedDataset::new("cell", &now));
         if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
     }
 }

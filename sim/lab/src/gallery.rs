@@ -14,7 +14,7 @@ use calibench::effects::{EffectError, EffectId, build, reference_torque};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Estimate, IdentifyError};
 use calibench::identify::problem::{Use, missing};
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Measured, NamedDataset};
 use calibench::residuals::Look;
 use calibench::units::Unit;
 use calibench_report::{Entry, Imitator, Plausible, Seen, see};
@@ -68,7 +68,7 @@ pub enum GalleryError {
 /// A campaign, calibrated.
 struct Ground<'a> {
     campaign: &'a Campaign,
-    named: Vec<(&'a str, &'a Dataset)>,
+    named: Vec<NamedDataset<'a>>,
     subject: Subject<'a>,
     examination: Examination,
 }
@@ -94,8 +94,8 @@ pub fn gallery(
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> Result<(Vec<Entry>, Vec<Lack>), GalleryError> {
-    let named: Vec<Vec<(&str, &Dataset)>> =
-        campaigns.iter().map(|c| c.datasets.iter().map(|(name, d)| (name.as_str(), d)).collect()).collect();
+    let named: Vec<Vec<NamedDataset<'_>>> =
+        campaigns.iter().map(|c| c.datasets.iter().map(|(name, d)| NamedDataset::new(name.as_str(), d)).collect()).collect();
     let grounds: Vec<OnceLock<Ground<'_>>> = campaigns.iter().map(|_| OnceLock::new()).collect();
     // A campaign is calibrated when the first effect asks for it.
     let ground = |k: usize| -> Result<&Ground<'_>, GalleryError> {
@@ -130,7 +130,7 @@ pub fn gallery(
 }
 
 impl<'a> Ground<'a> {
-    fn new(campaign: &'a Campaign, named: &'a [(&'a str, &'a Dataset)], seed: u64) -> Result<Self, IdentifyError> {
+    fn new(campaign: &'a Campaign, named: &'a [NamedDataset<'a>], seed: u64) -> Result<Self, IdentifyError> {
         let noise = InjectedNoise::of(named, &campaign.model, NoiseChoice::Instrument)?;
         let subject = Subject::new(named, &campaign.model, noise, seed)?;
         let examination = Examination::new(named, &campaign.model)?;
@@ -139,7 +139,7 @@ impl<'a> Ground<'a> {
 
     /// The ids of a family's members in this campaign.
     fn members(&self, family: &Family) -> Vec<String> {
-        let (_, first) = self.named[0];
+        let first = self.named[0].dataset;
         let balls = first.ball_ids();
         let subject = self.campaign.model.subject(&first.robot, &balls);
         if self.campaign.model.effects.iter().any(|e| e == family.id) {
@@ -161,7 +161,7 @@ impl<'a> Ground<'a> {
 
     /// Time at which events occur, s.
     fn moment(&self) -> Option<String> {
-        let (_, first) = self.named[0];
+        let first = self.named[0].dataset;
         let last = first.samples.iter().filter(|s| Use::Fit.takes(s)).filter_map(|s| s.time_s).reduce(f64::max)?;
         Some(format!("{:.0}", DURING * last))
     }
@@ -185,7 +185,7 @@ impl<'a> Ground<'a> {
     /// joint, and one that couples two joints to neighbours.
     fn likely(&self, family: &Family, id: &str) -> f64 {
         let id = EffectId::new(id);
-        let (_, first) = self.named[0];
+        let first = self.named[0].dataset;
         let torque = reference_torque(&first.robot);
         let loaded = match family.joint(&id) {
             Some(j) if family.follows.contains(&Follows::JointTorque) => {
@@ -202,7 +202,7 @@ impl<'a> Ground<'a> {
     /// True if a diagnosis of this campaign would offer an effect, or if it is only ever requested.
     fn offers(&self, family: &Family, id: &str) -> bool {
         let balls_alone = || {
-            let samples = self.named.iter().flat_map(|(_, d)| &d.samples);
+            let samples = self.named.iter().flat_map(|d| &d.dataset.samples);
             samples.filter(|s| Use::Fit.takes(s)).all(|s| matches!(s.measured, Measured::Ball { .. }))
         };
         let library = self.examination.library();
@@ -226,10 +226,10 @@ impl<'a> Ground<'a> {
 
     /// The reason why this campaign cannot show an effect.
     fn lacks(&self, id: &str) -> Option<&'static str> {
-        let (_, first) = self.named[0];
+        let first = self.named[0].dataset;
         let balls = first.ball_ids();
         let effect = build(id, &self.campaign.model.subject(&first.robot, &balls)).ok()?;
-        self.named.iter().find_map(|(_, d)| missing(effect.as_ref(), d, &self.campaign.model, Use::Fit))
+        self.named.iter().find_map(|d| missing(effect.as_ref(), d.dataset, &self.campaign.model, Use::Fit))
     }
 }
 
@@ -285,12 +285,13 @@ impl Chosen<'_, '_> {
         let mut random = Streams { seed, trial: fnv1a(id.as_bytes()) }.stream("gallery");
         let (truth, injected) = ground.subject.truth_of_size(id, &sizes)?;
         let measured = ground.subject.measured(&truth, &mut random)?;
-        let data: Vec<(&str, &Dataset)> = ground.named.iter().zip(&measured).map(|((name, _), d)| (*name, d)).collect();
+        let data: Vec<NamedDataset<'_>> =
+            ground.named.iter().zip(&measured).map(|(of, d)| NamedDataset::new(of.name, d)).collect();
         let model = if held { ground.campaign.model.without(id) } else { ground.campaign.model.clone() };
         let seen = see(&data, &model, id, times)?;
         let imitators = if held { Vec::new() } else { self.imitators(&injected)? };
         let beside = self.beside(&data, &model, &imitators, times);
-        let (_, first) = ground.named[0];
+        let first = ground.named[0].dataset;
         let balls = first.ball_ids();
         let effect = build(id, &ground.campaign.model.subject(&first.robot, &balls))?;
         Ok(Entry {
@@ -339,7 +340,7 @@ impl Chosen<'_, '_> {
     }
 
     /// The effect with its best imitator in the model, if that leaves something to see.
-    fn beside(&self, data: &[(&str, &Dataset)], model: &Model, imitators: &[Imitator], times: f64) -> Option<Seen> {
+    fn beside(&self, data: &[NamedDataset<'_>], model: &Model, imitators: &[Imitator], times: f64) -> Option<Seen> {
         let rival = imitators.first().filter(|i| BESIDE.contains(&i.share))?;
         let seen = see(data, &model.with(&rival.effect), &self.id, times).ok()?;
         seen.in_a_view.then_some(seen)

@@ -15,7 +15,7 @@ use calibench::effects::{EffectId, build};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::{Use, missing};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::{WORKSPACE_POSES, WorkspacePoses};
 use calibench::robot::JointKind;
 use calibench::units::MM;
@@ -63,7 +63,7 @@ impl InjectedNoise {
     ///
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
-    pub fn of(datasets: &[(&str, &Dataset)], model: &Model, choice: NoiseChoice) -> Result<Self, IdentifyError> {
+    pub fn of(datasets: &[NamedDataset<'_>], model: &Model, choice: NoiseChoice) -> Result<Self, IdentifyError> {
         let examination = Examination::new(datasets, model)?;
         let (floor, fit) = (examination.noise(), examination.fit());
         let residual_mm = fit.rms / MM;
@@ -85,7 +85,7 @@ impl InjectedNoise {
 
 /// The data, and the robot as calibrated from them.
 pub struct Subject<'a> {
-    datasets: &'a [(&'a str, &'a Dataset)],
+    datasets: &'a [NamedDataset<'a>],
     model: Model,
     baseline: Calibration,
     noise: InjectedNoise,
@@ -105,7 +105,7 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
     pub fn new(
-        datasets: &'a [(&'a str, &'a Dataset)],
+        datasets: &'a [NamedDataset<'a>],
         model: &Model,
         noise: InjectedNoise,
         seed: u64,
@@ -167,17 +167,17 @@ impl<'a> Subject<'a> {
 }
 
 /// The members of the catalogue that these data can test, those to be scanned at an order or moment sampled for each.
-fn effects_of(datasets: &[(&str, &Dataset)], model: &Model, library: &Library, seed: u64) -> Vec<String> {
+fn effects_of(datasets: &[NamedDataset<'_>], model: &Model, library: &Library, seed: u64) -> Vec<String> {
     let ids: Vec<&String> = library.candidates.iter().map(|c| &c.id).collect();
     // A family as a whole is the sum of its members.
     let has_members = |id: &str| ids.iter().any(|other| other.starts_with(&format!("{id}:")));
     let mut effects: Vec<String> = ids.iter().filter(|id| !has_members(id)).map(|id| (*id).clone()).collect();
-    let (_, first) = datasets[0];
+    let first = datasets[0].dataset;
     let joints = (1..=first.robot.joints()).filter(|j| first.robot.kind(j - 1) == JointKind::Revolute);
     let mut random = Streams { seed, trial: 0 }.stream("places of injections");
     let mut scanned: Vec<String> = joints.clone().map(|j| format!("harmonic:{j}:{}", random.random_range(ORDERS))).collect();
     let times = |d: &Dataset| d.samples.iter().filter(|s| Use::Fit.takes(s)).filter_map(|s| s.time_s).reduce(f64::max);
-    if let Some(duration) = datasets.iter().filter_map(|(_, d)| times(d)).reduce(f64::min) {
+    if let Some(duration) = datasets.iter().filter_map(|d| times(d.dataset)).reduce(f64::min) {
         let mut moment = || format!("{:.1}", duration * random.random_range(DURING));
         scanned.extend(["base_step", "tool_step"].map(|family| format!("{family}:{}", moment())));
         scanned.extend(joints.map(|j| format!("joint_step:{j}:{}", moment())));
@@ -186,7 +186,7 @@ fn effects_of(datasets: &[(&str, &Dataset)], model: &Model, library: &Library, s
     let subject = model.subject(&first.robot, &balls);
     let testable = |id: &String| {
         let effect = build(id, &subject);
-        effect.is_ok_and(|e| datasets.iter().all(|(_, d)| missing(e.as_ref(), d, model, Use::Fit).is_none()))
+        effect.is_ok_and(|e| datasets.iter().all(|d| missing(e.as_ref(), d.dataset, model, Use::Fit).is_none()))
     };
     effects.extend(scanned.into_iter().filter(|id| !model.holds(id) && testable(id)));
     effects.sort_by_key(|id| CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family()));

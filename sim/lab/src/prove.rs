@@ -10,7 +10,7 @@ use std::time::Instant;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{NamedDataset, Sample};
 use calibench::measure::poses::Postures;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
@@ -64,12 +64,12 @@ impl Proof {
 }
 
 impl Case<'_> {
-    fn fitted(&self) -> Vec<(&str, &Dataset)> {
-        self.fitted.iter().map(|(name, dataset)| (*name, dataset.as_ref())).collect()
+    fn fitted(&self) -> Vec<NamedDataset<'_>> {
+        self.fitted.iter().map(|(name, dataset)| NamedDataset::new(*name, dataset.as_ref())).collect()
     }
 
-    fn judged(&self) -> [(&str, &Dataset); 1] {
-        [(self.robot, &self.judged)]
+    fn judged(&self) -> [NamedDataset<'_>; 1] {
+        [NamedDataset::new(self.robot, &self.judged)]
     }
 
     /// The calibration as compared with the judged rows.
@@ -84,11 +84,11 @@ impl Case<'_> {
     /// If the default model does not match the data.
     pub fn prove(&self) -> Result<(Proof, Calibration), IdentifyError> {
         let (fitted, judged) = (self.fitted(), self.judged());
-        let model = Model::default_for(fitted[0].1);
+        let model = Model::default_for(fitted[0].dataset);
         let takes = |s: &Sample| Use::Validation.takes(s);
         let poses: Vec<Vec<f64>> = self.judged.samples.iter().filter(|s| takes(s)).map(|s| s.q.clone()).collect();
         let began = Instant::now();
-        let climbed = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[] })?;
+        let climbed = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[], worker: None })?;
         let seconds = began.elapsed().as_secs_f64();
         let errors = |c: &Calibration| -> Result<Option<Validation>, IdentifyError> {
             Ok(Validation::of(&self.as_judged(c).predict(&judged, Use::Validation)?))

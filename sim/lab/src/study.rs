@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use calibench::files::FileError;
 use calibench::identify::problem::{Prior, Problem, Use};
-use calibench::measure::dataset::{Measured, Sample};
+use calibench::measure::dataset::{Measured, NamedDataset, Sample};
 use calibench::robot::robot_file::to_toml;
 use sha2::{Digest, Sha256};
 
@@ -171,7 +171,7 @@ fn parameters(points: &[Point]) -> Vec<String> {
         let mut cell = point.scenario.dataset();
         cell.samples = plans.plan.probing.poses.iter().enumerate().map(|(k, p)| sample(k, p.ball, &p.contact)).collect();
         // A model that does not match these data fails in every trial, where it is reported.
-        let Ok(problem) = Problem::new(&[("plan", &cell)], &point.scenario.model, Use::Fit) else { continue };
+        let Ok(problem) = Problem::new(&[NamedDataset::new("plan", &cell)], &point.scenario.model, Use::Fit) else { continue };
         for parameter in problem.parameters().iter().filter(|p| !matches!(p.knowledge, Prior::Certified(_))) {
             if !names.contains(&parameter.name) {
                 names.push(parameter.name.clone());

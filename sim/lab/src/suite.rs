@@ -66,7 +66,9 @@ impl Suite {
         for (k, file) in spec.robots.iter().enumerate() {
             let key = format!("suite.robots[{k}]");
             let problem = |e: FileError| scenario.wrong(&key, format!("'{file}': {e}"), "name a scenario that can be run");
-            cells.push(load_scenario(&scenario.folder().join(file)).map_err(problem)?);
+            let mut cell = load_scenario(&scenario.folder().join(file)).map_err(problem)?;
+            cell.mujoco = scenario.mujoco;
+            cells.push(cell);
         }
         let robots: Vec<(String, Vec<String>)> =
             cells[2..].iter().map(|cell| (cell.robot().name.clone(), effects_of(cell))).collect();

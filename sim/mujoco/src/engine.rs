@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
 use super::python;
-use calibench_sim::plant::PlantError;
+use calibench_sim::mechanics::PlantError;
 
 /// Arrays of numbers shared by MuJoCo and this program, in MuJoCo's order.
 type Numbers = Py<PyArrayDyn<f64>>;

@@ -11,6 +11,10 @@ mod plant;
 mod python;
 mod scenery;
 
+use calibench_sim::mechanics::{Parts, Plant, PlantError};
+use calibench_sim::random::Streams;
+use calibench_sim::scenario::Scenario;
+
 pub use engine::{Engine, Field, Thing};
 pub use flaws::MujocoFlaws;
 pub use machine::machine;
@@ -20,11 +24,12 @@ pub use plant::MujocoPlant;
 pub use python::{PythonError, mujoco};
 pub use scenery::{Camera, Scenery};
 
-/// Registers this package as the provider of `plant = "mujoco"` in this process.
-pub fn provide() {
-    calibench_sim::plant::provide_mujoco(|scenario, streams, parts| {
-        Ok(Box::new(MujocoPlant::of(&machine(scenario, streams, parts)?)?))
-    });
+/// Builds the plant of a scenario with `plant = "mujoco"`: a [`MakePlant`](calibench_sim::mechanics::MakePlant).
+///
+/// # Errors
+/// When MuJoCo cannot simulate the scenario, or is not installed.
+pub fn make_plant(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Box<dyn Plant>, PlantError> {
+    Ok(Box::new(MujocoPlant::of(&machine(scenario, streams, parts)?)?))
 }
 
 /// The examples of the package's page compile.

@@ -14,7 +14,7 @@ use super::mjcf::{Machine, stiffness};
 use super::scenery::Scenery;
 use calibench_sim::flaw::TrueEffect;
 use calibench_sim::hidden::HiddenToml;
-use calibench_sim::plant::{Parts, PlantError};
+use calibench_sim::mechanics::{Parts, PlantError};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 

@@ -10,7 +10,7 @@ use super::machine::machine;
 use super::plant::MujocoPlant;
 use super::scenery::Camera;
 use calibench_sim::gauge::Gauge;
-use calibench_sim::plant::{BallForm, Parts, Plant, PlantError, Stand};
+use calibench_sim::mechanics::{BallForm, Parts, Plant, PlantError, Stand};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 

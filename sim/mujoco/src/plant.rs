@@ -9,7 +9,7 @@ use super::engine::{Engine, Field, Thing};
 use super::flaws::{MujocoFlaws, play_name};
 use super::mjcf::{ASIDE, Machine, stiffness};
 use calibench_sim::contact::Touch;
-use calibench_sim::plant::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
+use calibench_sim::mechanics::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
 use calibench_sim::plunger::{Mechanism, PresentedBall};
 
 /// The cell is at rest when the remaining motion, extrapolated at the common settling rate, is below this, m or rad.

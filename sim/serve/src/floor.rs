@@ -11,7 +11,7 @@ use tokio::time::{Instant, sleep};
 use super::fault::{Fault, Faults, Injection};
 use super::service::Service;
 use super::traffic::Traffic;
-use calibench_sim::plant::{Parts, PlantError};
+use calibench_sim::mechanics::{Parts, PlantError};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 use calibench_sim::world::{SharedWorld, World};

@@ -38,7 +38,7 @@ use controller::Controller;
 use floor::Floor;
 use line::Wire;
 
-use calibench_sim::plant::PlantError;
+use calibench_sim::mechanics::PlantError;
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 use interruption::interrupted;

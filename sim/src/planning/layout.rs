@@ -4,10 +4,11 @@ use calibench::measure::poses::free_poses::Facing;
 use calibench::measure::poses::pool::Margins;
 use calibench::measure::poses::ways::WAY_MARGIN;
 use calibench::planning::pool::CellLayout;
+use calibench::robot::solids::Solid;
 use calibench::units::{DEG, MM};
 use nalgebra::{Unit, Vector3};
 
-use crate::scenario::{Scenario, ball_body};
+use crate::scenario::Scenario;
 
 /// Returns the cell of a scenario, as needed to find postures in it.
 pub fn layout(scenario: &Scenario) -> CellLayout {
@@ -15,7 +16,7 @@ pub fn layout(scenario: &Scenario) -> CellLayout {
         surroundings: scenario.surroundings(),
         without_artifact: scenario.surroundings_without_artifact(),
         outward: scenario.outward().to_vec(),
-        bodies: scenario.ball_ids().iter().map(|id| ball_body(id)).collect(),
+        bodies: scenario.ball_ids().iter().map(|id| Solid::ball_name(id)).collect(),
         margins: Margins { clearance: scenario.plan.clearance_mm * MM, free: WAY_MARGIN, ..Margins::default() },
         retreat: scenario.plan.retreat_mm * MM,
         cone: scenario.plan.cone_deg * DEG,

@@ -5,7 +5,7 @@ use calibench::identify::Model;
 use calibench::identify::fit::{independent_parameters, observability_of};
 use calibench::identify::problem::{Problem, Use, missing};
 use calibench::math::Observability;
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample};
 use calibench::measure::poses::selection::{Candidates, Selection};
 use nalgebra::DMatrix;
 
@@ -46,7 +46,7 @@ impl PoolDesign {
         // Only parameters without a prior count: certified balls and tools are taken as known.
         let mut certain = Dataset { samples, tool_sigma: 0.0, ..cell.clone() };
         certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
-        let problem = Problem::new(&[("pool", &certain)], &shown(model, &certain), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("pool", &certain)], &shown(model, &certain), Use::Fit)?;
         let kept = independent_parameters(&problem)?;
         let jacobian = problem.plain_jacobian(&problem.start(), &kept);
         let row_major: Vec<f64> = jacobian.transpose().iter().copied().collect();

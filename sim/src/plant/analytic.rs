@@ -9,11 +9,10 @@ use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
 
 use super::arm::{Arm, Moment};
-use super::parts::Parts;
-use super::stand::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
 use crate::contact::{FREE_READING, Touch};
 use crate::dahl_friction::DahlFriction;
 use crate::flaw::Flaws;
+use crate::mechanics::{BallForm, Parts, Plant, PlantError, Rest, Stand, within_reach};
 use crate::plunger::{Mechanism, PresentedBall};
 
 /// The arm is at rest when the remaining motion of its TCP is below this, m: a thousandth of the finest indicator's resolution,

@@ -8,9 +8,8 @@ use calibench::robot::statics::{Loads, Payload};
 use calibench::robot::{FramePose, Pose, Robot};
 use nalgebra::Vector3;
 
-use super::parts::Parts;
-use super::stand::Stand;
 use crate::flaw::Flaws;
+use crate::mechanics::{Parts, Stand};
 
 /// The true arm on its true base with its true tool.
 pub struct Arm {

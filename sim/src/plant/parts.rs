@@ -1,6 +1,5 @@
-//! Parts from which a plant is built.
+//! The parts of a scenario, from which its plant is built.
 
-use calibench::measure::dataset::Dataset;
 use calibench::robot::statics::Payload;
 use calibench::robot::{FramePose, Robot};
 use calibench::units::UM;
@@ -9,26 +8,10 @@ use nalgebra::Vector3;
 use crate::cmm::SimulatedCmm;
 use crate::contact::DATUM_RADIUS;
 use crate::gauge::Gauge;
-use crate::plunger::{Mechanism, PresentedBall};
+use crate::mechanics::Parts;
+use crate::plunger::PresentedBall;
 use crate::random::{Streams, normal};
 use crate::scenario::Scenario;
-
-/// Parts from which the mechanics of a cell are built: its owner's knowledge, and the ground truth.
-#[derive(Debug, Clone)]
-pub struct Parts {
-    /// The cell as known to its owner.
-    pub nominal: Dataset,
-    /// The robot with its true masses; its geometry is nominal, deviations come from the truth's effects.
-    pub robot: Robot,
-    /// True TCP in the last frame.
-    pub tool: FramePose,
-    /// True load on the flange.
-    pub payload: Payload,
-    /// True undisturbed positions and true sizes of the balls.
-    pub balls: Vec<PresentedBall>,
-    /// Moving parts of the three indicators.
-    pub gauge: [Mechanism; 3],
-}
 
 impl Parts {
     /// The parts of a scenario, with `gauge` on the flange and errors sampled from the streams of a trial.

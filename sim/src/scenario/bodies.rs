@@ -9,11 +9,6 @@ use super::keys::{CarriedToml, ScenarioToml, SolidToml};
 use super::sources::Sources;
 use crate::contact::DATUM_RADIUS;
 
-/// Name of a ball's body among the surroundings.
-pub fn ball_body(id: &str) -> String {
-    format!("ball {id}")
-}
-
 /// The bodies of a cell.
 #[derive(Debug, Clone)]
 pub(super) struct Bodies {
@@ -26,6 +21,11 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
+    /// These bodies, of which none is removed with the artifact.
+    pub fn permanent(Surroundings { fixed, carried }: Surroundings) -> Self {
+        Bodies { fixed, artifact: Vec::new(), carried }
+    }
+
     /// The bodies that a scenario describes.
     pub fn of(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<Self, FileError> {
         let mut bodies = Bodies { fixed: Vec::new(), artifact: Vec::new(), carried: Vec::new() };
@@ -38,7 +38,7 @@ impl Bodies {
         }
         bodies.artifact.extend(toml.balls.iter().map(|b| {
             let centre = Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM;
-            Solid::capsule(ball_body(&b.id), 0, [centre, centre], DATUM_RADIUS)
+            Solid::ball(&b.id, centre, DATUM_RADIUS)
         }));
         Ok(bodies)
     }

@@ -12,6 +12,7 @@ use super::design_check;
 use super::key::{Key, KeyError};
 use super::sources::Sources;
 use super::{Bodies, FORMAT, Scenario, ScenarioToml, Truth, cell, check};
+use crate::mechanics::MakePlant;
 
 /// A scenario file merged over the files it extends, not yet checked.
 #[derive(Debug, Clone)]
@@ -19,6 +20,7 @@ pub struct Document {
     path: PathBuf,
     sources: Arc<Sources>,
     keys: Table,
+    mujoco: Option<MakePlant<Scenario>>,
 }
 
 impl Document {
@@ -28,7 +30,13 @@ impl Document {
     /// When a file cannot be read, is not valid TOML, or has an invalid `extends`.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let (sources, keys) = Sources::read(path)?;
-        Ok(Document { path: path.to_owned(), sources: Arc::new(sources), keys })
+        Ok(Document { path: path.to_owned(), sources: Arc::new(sources), keys, mujoco: None })
+    }
+
+    /// The same scenario in a program that includes the plant `mujoco`: `make` builds it.
+    #[must_use]
+    pub fn with_mujoco(self, make: MakePlant<Scenario>) -> Self {
+        Document { mujoco: Some(make), ..self }
     }
 
     /// Builds the scenario from these keys; every value is checked.
@@ -36,7 +44,7 @@ impl Document {
     /// # Errors
     /// One error that names file, line, key and remedy.
     pub fn scenario(&self) -> Result<Scenario, FileError> {
-        let Document { path, sources, keys } = self;
+        let Document { path, sources, keys, mujoco } = self;
         let toml: ScenarioToml =
             parse_toml(path, &keys.to_string()).map_err(|e| sources.wrong(&e.field, e.problem, e.remedy))?;
         if toml.format != FORMAT {
@@ -70,6 +78,7 @@ impl Document {
             question: toml.question,
             seed: toml.seed,
             plant: toml.plant,
+            mujoco: *mujoco,
             plan: toml.plan,
             centring: toml.centring,
             tracker: toml.tracker,

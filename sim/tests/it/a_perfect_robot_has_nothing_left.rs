@@ -1,6 +1,7 @@
 //! A perfect robot is reported as such: its last corrections undo the joints' errors on arrival, so their signs must
 //! not be interpreted.
 
+use calibench::measure::dataset::NamedDataset;
 use std::path::Path;
 
 use calibench::diagnosis::{Verdict, diagnose};
@@ -18,7 +19,7 @@ fn nothing_is_read_into_the_last_corrections() {
     let plans = Plans::new(&scenario, 1).unwrap();
     for seed in 1..=4 {
         let measured = measure_all(&scenario, Streams { seed, trial: 0 }, &plans, &mut ()).unwrap();
-        let diagnosis = diagnose(&[("fit", &measured.fit)], &scenario.model).unwrap();
+        let diagnosis = diagnose(&[NamedDataset::new("fit", &measured.fit)], &scenario.model).unwrap();
         let said = diagnosis.findings.first().map(|f| f.hypothesis.in_model.clone());
         assert_eq!(diagnosis.verdict, Verdict::NothingLeft, "seed {seed}: {said:?}");
         // Parameters hardly visible in these data may take any size; no value has been entered wrongly.

@@ -6,7 +6,7 @@ use std::path::Path;
 use calibench::diagnosis::shifts::Shifts;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::identify;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::units::{DEG, MM, Unit};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
@@ -36,7 +36,7 @@ fn cell() -> Scenario {
 
 fn calibrated(scenario: &Scenario, plans: &Plans) -> (Dataset, Calibration) {
     let measured = measure_all(scenario, Streams { seed: 1, trial: 0 }, plans, &mut ()).unwrap();
-    let calibration = identify(&[("fit", &measured.fit)], &scenario.model).unwrap();
+    let calibration = identify(&[NamedDataset::new("fit", &measured.fit)], &scenario.model).unwrap();
     (measured.fit, calibration)
 }
 
@@ -45,7 +45,7 @@ fn the_identified_parameters_move_as_the_table_says() {
     let cell = cell();
     let plans = Plans::new(&cell, 1).unwrap();
     let (data, plain) = calibrated(&cell, &plans);
-    let shifts = Shifts::of(&[("fit", &data)], &cell.model).unwrap();
+    let shifts = Shifts::of(&[NamedDataset::new("fit", &data)], &cell.model).unwrap();
     assert_eq!(shifts.parameters.len(), 31);
     // Effects that act on a joint, tilt an axis, move the base, act through the springs and bend with the load, each at its
     // plausible size. `missing` is the part of the whole shift that may be missing: loads follow the posture, and the

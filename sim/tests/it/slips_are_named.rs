@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::oracles::data;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, import};
-use calibench::measure::dataset::{Ball, BallDistance, Dataset, Measured, Sample};
+use calibench::measure::dataset::{Ball, BallDistance, Dataset, Measured, NamedDataset, Sample};
 use calibench::residuals::misfit::{Cause, DataFit, data_fit};
 use calibench::robot::{FramePose, Link, MdhLink, Robot, built_in};
 use calibench::units::{DEG, MM};
@@ -20,7 +20,7 @@ use calibench_sim::scenario::load_scenario;
 use nalgebra::Vector3;
 
 fn check(dataset: &Dataset) -> DataFit {
-    data_fit(&[("data", dataset)], Use::All).pop().unwrap()
+    data_fit(&[NamedDataset::new("data", dataset)], Use::All).pop().unwrap()
 }
 
 fn simulated(scenario: &str, seed: u64) -> Dataset {

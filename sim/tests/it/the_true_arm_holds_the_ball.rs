@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
-use calibench_sim::scenario::PlantKind;
+use calibench_sim::scenario::{PlantKind, load_scenario};
 
 use crate::true_arm::holds_the_ball;
 
 #[test]
 fn on_the_closed_forms() {
-    holds_the_ball(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"), PlantKind::Analytic);
+    let table8 = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    holds_the_ball(&load_scenario(&table8).unwrap().with_plant(PlantKind::Analytic));
 }

@@ -1,14 +1,11 @@
 //! A run, with a check of the recorded postures of the true arm.
 
-use std::path::Path;
-
 use calibench::measure::centring::Phase;
 use calibench::units::{MM, UM};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::run;
-use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::load_scenario;
+use calibench_sim::scenario::Scenario;
 use nalgebra::Point3;
 
 /// Largest error at a reading of zero, m: indicators read to 1 um, and balls are known and round to some um.
@@ -22,11 +19,9 @@ const RIGID: f64 = 1e-9;
 /// Links are manufactured to within millimetres of nominal.
 const AS_DRAWN: f64 = 5.0 * MM;
 
-/// Runs `table8.toml` of the folder `scenarios` with this plant.
-pub fn holds_the_ball(scenarios: &Path, plant: PlantKind) {
-    let scenario = load_scenario(&scenarios.join("table8.toml")).unwrap();
-    let scenario = scenario.with_plant(plant);
-    let run = run(&scenario, Plans::new(&scenario, 1).unwrap(), Streams { seed: 1, trial: 0 }, &mut ()).unwrap();
+/// Runs the scenario.
+pub fn holds_the_ball(scenario: &Scenario) {
+    let run = run(scenario, Plans::new(scenario, 1).unwrap(), Streams { seed: 1, trial: 0 }, &mut ()).unwrap();
     let (links, balls) = (&run.trical.dataset.robot.links, &run.trical.dataset.balls);
     let mut flange_from_tool = None;
     let mut checked = 0;

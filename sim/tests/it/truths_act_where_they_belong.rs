@@ -1,5 +1,6 @@
 //! A true error of ball, gauge, tracker, joints or one sample is located there by a model that knows the effect.
 
+use calibench::measure::dataset::NamedDataset;
 use std::path::Path;
 
 use calibench::identify::calibration::Calibration;
@@ -24,7 +25,7 @@ fn with_effect(cell: &Scenario, plans: &Plans, id: &str, keys: &[(&str, f64)]) -
     truth.effects.insert(id.into(), keys.iter().map(|(key, value)| ((*key).to_owned(), *value)).collect());
     let scenario = cell.with_truth(truth).unwrap();
     let measured = measure_all(&scenario, Streams { seed: 1, trial: 0 }, plans, &mut ()).unwrap();
-    identify(&[("mixed", &measured.fit)], &Model::of(&["base_frame", "mdh", "joint_compliance", id])).unwrap()
+    identify(&[NamedDataset::new("mixed", &measured.fit)], &Model::of(&["base_frame", "mdh", "joint_compliance", id])).unwrap()
 }
 
 #[test]
@@ -95,7 +96,7 @@ fn an_effect_of_ones_own_acts_and_is_held_against_what_was_found() {
     let scenario = own_scenario(OWN).unwrap();
     let streams = Streams { seed: 1, trial: 0 };
     let measured = measure_all(&scenario, streams, &Plans::new(&scenario, 1).unwrap(), &mut ()).unwrap();
-    let data = [("fit", &measured.fit)];
+    let data = [NamedDataset::new("fit", &measured.fit)];
     // A candidate is not fitted: the diagnosis has to name it.
     let without = identify(&data, &scenario.model).unwrap();
     let truth = ground_truth(&scenario, &streams, &measured.fit, &without).unwrap();
@@ -123,7 +124,7 @@ fn the_part_of_one_joint_is_part_of_what_is_hidden() {
     let scenario = load_scenario(&folder.join("study-robots.toml")).unwrap();
     let streams = Streams { seed: 1, trial: 0 };
     let measured = measure_all(&scenario, streams, &Plans::new(&scenario, 1).unwrap(), &mut ()).unwrap();
-    let calibration = identify(&[("fit", &measured.fit)], &scenario.model).unwrap();
+    let calibration = identify(&[NamedDataset::new("fit", &measured.fit)], &scenario.model).unwrap();
     let truth = ground_truth(&scenario, &streams, &measured.fit, &calibration).unwrap();
     let first = truth.hidden.iter().find(|h| h.met == Met::First).unwrap();
     assert_eq!((first.effect.as_str(), &truth.named), ("joint_scale", &Some(("joint_scale:1".into(), false))));

@@ -2,7 +2,7 @@
 
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Sample};
+use calibench::measure::dataset::{Dataset, NamedDataset, Sample};
 use calibench::robot::kinematics::Posture;
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::solids::{Shape, Solid};
@@ -135,7 +135,7 @@ fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
         Sample { q: stop.joints.clone(), time_s: stop.time_s.or(sample.time_s), ..sample.clone() }
     };
     let stops = Dataset { samples: journal.stops.iter().map(like).collect(), ball_distances: Vec::new(), ..dataset.clone() };
-    let mut applied = calibration.apply(&[(&subject.name, &stops)], Use::All)?;
+    let mut applied = calibration.apply(&[NamedDataset::new(&subject.name, &stops)], Use::All)?;
     let values = std::mem::take(&mut applied.values);
     let mut stands = Vec::with_capacity(stops.samples.len());
     let mut drawn = Posture::new(&dataset.robot);

@@ -2,6 +2,7 @@
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
+use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::Validation;
 
 use crate::subject::Subject;
@@ -24,8 +25,8 @@ impl Judgement {
             return Ok(None);
         }
         let judging = match &subject.validation {
-            Some(validation) => ("validation", validation),
-            None => (subject.name.as_str(), &subject.dataset),
+            Some(validation) => NamedDataset::new("validation", validation),
+            None => NamedDataset::new(&subject.name, &subject.dataset),
         };
         let errors = |of: &Calibration| of.predict(&[judging], Use::Validation).map(|prediction| Validation::of(&prediction));
         let (before, after) = (errors(&subject.calibration.nominal())?, errors(&subject.calibration)?);

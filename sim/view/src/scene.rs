@@ -1,7 +1,7 @@
 //! Bodies as drawn by the viewer, and the static scene of the cell.
 
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Measured;
+use calibench::measure::dataset::{Measured, NamedDataset};
 use calibench::robot::Pose;
 use calibench::robot::solids::{Shape, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -88,16 +88,17 @@ pub fn standing(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewErro
 /// Draws the points measured by the tracker, fitted and validation points: the brighter, the larger the residual.
 fn points(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
     let datasets = || {
-        std::iter::once((subject.name.as_str(), &subject.dataset)).chain(subject.validation.as_ref().map(|d| ("validation", d)))
+        std::iter::once(NamedDataset::new(&subject.name, &subject.dataset))
+            .chain(subject.validation.as_ref().map(|d| NamedDataset::new("validation", d)))
     };
     for (name, which) in [("fitted", Use::Fit), ("validation", Use::Validation)] {
         let mut seen: Vec<(Vector3<f64>, f64)> = Vec::new();
-        for (dataset, d) in datasets() {
-            let taken: Vec<&Measured> = d.samples.iter().filter(|s| which.takes(s)).map(|s| &s.measured).collect();
+        for named in datasets() {
+            let taken: Vec<&Measured> = named.dataset.samples.iter().filter(|s| which.takes(s)).map(|s| &s.measured).collect();
             if !taken.iter().any(|m| matches!(m, Measured::Point(_))) {
                 continue;
             }
-            let left = subject.calibration.predict(&[(dataset, d)], which).map_err(|e| subject.locate(e))?.residuals;
+            let left = subject.calibration.predict(&[named], which).map_err(|e| subject.locate(e))?.residuals;
             seen.extend(taken.iter().zip(&left).filter_map(|(measured, left)| match measured {
                 Measured::Point(point) => Some((*point, left.norm())),
                 Measured::Ball { .. } | Measured::Distance { .. } => None,

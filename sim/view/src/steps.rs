@@ -2,7 +2,7 @@
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Measured, NamedDataset};
 use calibench::prediction::WorkspacePoses;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
@@ -52,13 +52,13 @@ impl Steps {
 /// When the data do not match the model or do not determine it.
 pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
     let (calibration, dataset) = (&subject.calibration, &subject.dataset);
-    let named = [(subject.name.as_str(), dataset)];
+    let named = [NamedDataset::new(&subject.name, dataset)];
     let left = |name: String, of: &Calibration| Left::new(name, of, &named);
     let models = vec![left("nominal".into(), &calibration.nominal())?, left("calibrated".into(), calibration)?];
     let mut steps = Steps { models, other: None };
     if climb {
         let poses = WorkspacePoses::of(&named);
-        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
         let ladder = ladder(&named, &calibration.model, ground)?;
         for ladder_step in ladder.steps.iter().skip(1) {
             steps.models.push(left(format!("+ {}", ladder_step.added.join(", ")), &ladder_step.calibration)?);
@@ -73,9 +73,10 @@ pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
 }
 
 impl Left {
-    fn new(name: String, calibration: &Calibration, named: &[(&str, &Dataset)]) -> Result<Self, IdentifyError> {
+    fn new(name: String, calibration: &Calibration, named: &[NamedDataset<'_>]) -> Result<Self, IdentifyError> {
         let prediction = calibration.predict(named, Use::Fit)?;
-        let samples = named.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d, s)));
+        let samples =
+            named.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d.dataset, s)));
         let residuals: Vec<Residual> = samples
             .zip(&prediction.residuals)
             .filter_map(|((d, sample), &residual)| {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration};
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::file::read_dataset;
-use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use calibench::robot::solids::Surroundings;
 use calibench_report::documents::Run;
 use nalgebra::Vector3;
@@ -79,7 +79,7 @@ impl Subject {
         let dataset = read_dataset(folder)?;
         let name = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let name = name.file_name().map_or_else(|| "dataset".into(), |n| n.to_string_lossy().into_owned());
-        let calibration = identify(&[(&name, &dataset)], &Model::default_for(&dataset))
+        let calibration = identify(&[NamedDataset::new(&name, &dataset)], &Model::default_for(&dataset))
             .map_err(|source| ViewError::Identify { folder: folder.to_owned(), source: Box::new(source) })?;
         Subject::of(folder, name, dataset, calibration).with_cell()
     }

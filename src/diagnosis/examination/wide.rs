@@ -7,7 +7,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Fit;
 use crate::identify::problem::{Problem, Use};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Columns of one candidate: its parameters in plausible sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub(super) struct Wide {
 
 impl Wide {
     pub fn of(
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         (narrow, fit): (&Problem, &Fit),
         library: &Library,

@@ -16,7 +16,7 @@ use crate::identify::fit::{Fit, covariance_with_model_error, fit};
 use crate::identify::problem::{Prior, Problem, Use};
 use crate::identify::{Model, identify};
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Probability that a robot of the fleet is judged not to belong to it.
@@ -73,7 +73,7 @@ pub struct FleetJudged {
 /// # Errors
 /// When data and model do not match.
 pub fn identify_with_fleet(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     fleet: &Fleet,
 ) -> Result<(Calibration, FleetJudged), IdentifyError> {
@@ -133,7 +133,7 @@ impl Fitted {
 
 /// Fits with a prior, the noise being estimated from the residual unless it is given. Returns the noise too.
 fn fitted(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     prior: &FleetPrior,
     noise: Option<f64>,
@@ -175,7 +175,7 @@ fn compared(wide: &Fitted, close: &Fitted, noise: f64) -> FleetJudged {
 }
 
 /// The calibration of a fit with a prior.
-fn calibrated(datasets: &[(&str, &Dataset)], model: &Model, prior: &FleetPrior) -> Result<Calibration, IdentifyError> {
+fn calibrated(datasets: &[NamedDataset<'_>], model: &Model, prior: &FleetPrior) -> Result<Calibration, IdentifyError> {
     let with = Model { fleet: Some(Arc::new(prior.clone())), ..model.clone() };
     let problem = Problem::new(datasets, &with, Use::Fit)?;
     let fit = fit(&problem)?;

@@ -19,7 +19,7 @@ use crate::effects;
 use crate::effects::facts::Follows;
 use crate::effects::{Effect, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::robot::Robot;
 use crate::robot::sites::Site;
 
@@ -28,14 +28,14 @@ impl Problem {
     ///
     /// # Errors
     /// When an effect is unknown or lacks its data, the robots differ, or no sample remains.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
+    pub fn new(datasets: &[NamedDataset<'_>], model: &Model, which: Use) -> Result<Self, ProblemError> {
         Assembly::new(datasets, model, which)?.problem()
     }
 }
 
 /// Everything in a problem except its rows.
 pub(super) struct Assembly<'a> {
-    datasets: &'a [(&'a str, &'a Dataset)],
+    datasets: &'a [NamedDataset<'a>],
     robot: Arc<Robot>,
     which: Use,
     model: &'a Model,
@@ -51,11 +51,11 @@ pub(super) struct Assembly<'a> {
 }
 
 impl<'a> Assembly<'a> {
-    pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &'a Model, which: Use) -> Result<Self, ProblemError> {
-        let (_, first) = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
+    pub(super) fn new(datasets: &'a [NamedDataset<'a>], model: &'a Model, which: Use) -> Result<Self, ProblemError> {
+        let NamedDataset { dataset: first, .. } = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
         let robot = first.robot.clone();
-        let other = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&robot));
-        if let Some((_, other)) = other {
+        let other = datasets.iter().find(|d| !d.dataset.robot.is_same_arm(&robot));
+        if let Some(NamedDataset { dataset: other, .. }) = other {
             return Err(ProblemError::DifferentRobots { first: robot.name.clone(), other: other.robot.name.clone() });
         }
         let mut assembly = Assembly {
@@ -76,8 +76,8 @@ impl<'a> Assembly<'a> {
     }
 
     fn find_setups(&mut self, base_is_sought: bool) -> Result<(), ProblemError> {
-        for (d, (name, dataset)) in self.datasets.iter().enumerate() {
-            if self.datasets[..d].iter().any(|(other, _)| other == name) {
+        for (d, NamedDataset { name, dataset }) in self.datasets.iter().enumerate() {
+            if self.datasets[..d].iter().any(|earlier| earlier.name == *name) {
                 return Err(ProblemError::SameName { name: (*name).into() });
             }
             let mut sessions: Vec<Option<&str>> = Vec::new();
@@ -124,7 +124,7 @@ impl<'a> Assembly<'a> {
     fn place_effects(&mut self) -> Result<(), ProblemError> {
         let (datasets, model, robot) = (self.datasets, self.model, self.robot.clone());
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
-        for (d, (_, dataset)) in datasets.iter().enumerate() {
+        for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
             let subject = model.subject(&robot, &balls);
             let mut placed: Vec<Placed> = Vec::new();
@@ -150,7 +150,7 @@ impl<'a> Assembly<'a> {
                 };
                 placed.push(Placed { effect, first });
             }
-            let (name, _) = datasets[d];
+            let NamedDataset { name, .. } = datasets[d];
             for change in &model.changes {
                 let Some(effect) = change.built(name, &subject)? else { continue };
                 let flat = StatedPrior::Flat;
@@ -171,7 +171,7 @@ impl<'a> Assembly<'a> {
 
     /// Appends the parameters of an effect of dataset `d`'s artifact; returns the index of the first.
     fn place_on_artifact(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> usize {
-        let (label, dataset) = self.datasets[d];
+        let NamedDataset { name: label, dataset } = self.datasets[d];
         let label = if self.datasets.len() > 1 { label } else { "" };
         let first = add(&mut self.parameters, effect, label, belief);
         let own = &mut self.parameters[first..];
@@ -192,7 +192,7 @@ impl<'a> Assembly<'a> {
     fn place_in_sessions(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> Vec<usize> {
         let mine = |s: usize| self.setup_of.iter().any(|(key, &setup)| key.0 == d && setup == s);
         let own: Vec<usize> = (0..self.setups.len()).filter(|&s| mine(s)).collect();
-        let (name, dataset) = self.datasets[d];
+        let NamedDataset { name, dataset } = self.datasets[d];
         let shared = own.len() > 1
             && match effect.id() {
                 "base_frame" => dataset.shared.base,
@@ -239,9 +239,11 @@ impl<'a> Assembly<'a> {
         let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, mut parameters, effects } = self;
         let priors = PriorRow::of(&mut parameters, model);
         let known = datasets.iter().zip(&balls).zip(&effects);
-        let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
+        let distances =
+            known.flat_map(|((NamedDataset { dataset: d, .. }, balls), effects)| known_distances(d, balls, effects)).collect();
         let shared = datasets.iter().zip(balls).zip(effects);
-        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model)).collect();
+        let cells =
+            shared.map(|((NamedDataset { dataset: d, .. }, balls), effects)| Cell::of(d, balls, effects, model)).collect();
         let compliances = compliances(&parameters, robot.joints());
         let mut problem = Problem {
             robot,
@@ -263,7 +265,7 @@ impl<'a> Assembly<'a> {
             most_steps: None,
             without_indices: false,
         };
-        for (d, (_, dataset)) in datasets.iter().enumerate() {
+        for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             let moves_matter =
                 model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove)));
             let before = if moves_matter { joints_before(&dataset.samples) } else { vec![None; dataset.samples.len()] };

@@ -5,7 +5,7 @@ use nalgebra::{Vector3, Vector6};
 use super::assembly::Assembly;
 use super::{Parameter, Prior, Problem, ProblemError, Use, Workspace};
 use crate::identify::Model;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::robot::sites::Site;
 use crate::robot::statics::Loads;
 
@@ -52,7 +52,7 @@ impl Problem {
     /// As [`Problem::new`].
     pub(crate) fn as_long_as(
         other: &Problem,
-        datasets: &[(&str, &Dataset)],
+        datasets: &[NamedDataset<'_>],
         model: &Model,
         which: Use,
     ) -> Result<Self, ProblemError> {

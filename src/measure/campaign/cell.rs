@@ -5,7 +5,7 @@ mod keys;
 
 use std::path::{Path, PathBuf};
 
-use self::keys::{CellToml, CentringToml, KindToml};
+use self::keys::{CellToml, CentringToml, KindToml, SurroundingsToml};
 use super::mastering::MasteringSettings;
 use crate::cell::gauge::{CellIndicator, indicators};
 use crate::cell::guards::Guards;
@@ -16,6 +16,7 @@ use crate::measure::centring::CentringSettings;
 use crate::measure::dataset::Dataset;
 use crate::measure::dataset::file::read_description;
 use crate::robot::FramePose;
+use crate::robot::solids::{Solid, Surroundings};
 use crate::units::{MM, UM};
 
 /// Format tag.
@@ -24,10 +25,14 @@ pub const CELL_FORMAT: &str = "calibench-cell/1";
 /// A real cell.
 #[derive(Debug, Clone)]
 pub struct Cell {
+    /// The file that describes it.
+    pub file: PathBuf,
     /// Description of the measurement: robot, base, tool, payloads, balls, noise; no samples.
     pub dataset: Dataset,
-    /// A scenario of the same cell, if any: it contains the bodies among which poses are planned.
+    /// A scenario of the same cell, if any: it contains the settings with which poses are planned.
     pub scenario: Option<PathBuf>,
+    /// The bodies around the arm, balls included; `None` if the file does not name them.
+    pub surroundings: Option<Surroundings>,
     /// The robot.
     pub robot: RobotSettings,
     /// Speed override during the measurement, %.
@@ -83,14 +88,17 @@ fn cell<R: RobotKeys>(reading: &CellReading<'_>) -> Result<Cell, FileError> {
         let problem = format!("its robot's joint {} is prismatic, and cells drive arms whose joints turn", joint + 1);
         return Err(reading.wrong("dataset", problem, "measure the arm by other means, and give its samples"));
     }
+    let trical = file.trical.trical(reading)?;
+    let surroundings =
+        file.surroundings.map(|named| surroundings(reading, &named, &dataset, trical.datum_radius)).transpose()?;
     let robot = file.robot.settings(reading, dataset.robot.joints())?;
     let guards = file.guards.guards(reading, (&dataset.robot, dataset.base, dataset.tool))?;
-    let trical = file.trical.trical(reading)?;
     let tolerance = reading.positive("centring.tolerance_um", file.centring.tolerance_um)? * UM;
     let CentringToml { readings, max_steps, .. } = file.centring;
     let stable_within = reading.positive("mastering.stable_within_um", file.mastering.stable_within_um)? * UM;
     let placed_within = reading.positive("mastering.placed_within_mm", file.mastering.placed_within_mm)? * MM;
     Ok(Cell {
+        file: reading.path.to_owned(),
         robot,
         speed_percent: reading.percent("robot.speed_percent", file.robot.speed_percent())?,
         last_frame_from_flange: file.robot.flange().frame(),
@@ -101,5 +109,28 @@ fn cell<R: RobotKeys>(reading: &CellReading<'_>) -> Result<Cell, FileError> {
         trical,
         dataset,
         scenario: file.scenario.map(|named| folder.join(named)),
+        surroundings,
     })
+}
+
+/// The bodies of the scene file, and after them the balls, of this radius (m).
+fn surroundings(
+    reading: &CellReading<'_>,
+    named: &SurroundingsToml,
+    dataset: &Dataset,
+    radius: f64,
+) -> Result<Surroundings, FileError> {
+    let scene = reading.path.parent().unwrap_or(Path::new("")).join(&named.scene);
+    if !scene.exists() {
+        let problem = format!("{} is not there", scene.display());
+        return Err(reading.wrong("surroundings.scene", problem, "name a scene.toml, relative to this file"));
+    }
+    let mut bodies = Surroundings::read(&scene)?;
+    let balls: Vec<Solid> = dataset.balls.iter().map(|ball| Solid::ball(&ball.id, ball.position, radius)).collect();
+    if let Some(twice) = bodies.fixed.iter().find(|body| balls.iter().any(|ball| ball.name == body.name)) {
+        let problem = format!("{} holds a body '{}', which is a ball of the dataset", scene.display(), twice.name);
+        return Err(reading.wrong("surroundings.scene", problem, "leave the balls out of the scene"));
+    }
+    bodies.fixed.extend(balls);
+    Ok(bodies)
 }

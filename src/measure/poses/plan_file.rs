@@ -25,6 +25,11 @@ pub struct ProbingPlan {
 }
 
 impl ProbingPlan {
+    /// Number of poses without reserves.
+    pub fn wanted(&self) -> usize {
+        self.poses.iter().filter(|pose| !pose.reserve).count()
+    }
+
     /// The plan of some of its poses alone, by their ids, in this order; from one to the next by way of home.
     ///
     /// # Errors

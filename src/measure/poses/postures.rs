@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::units::DEG;
 
 /// Largest difference of joint angles within one posture, rad: a controller's repeatability, and angles reported to hundredths
@@ -24,8 +24,13 @@ impl Postures {
     /// Groups the samples that `takes` selects by posture, in the order of the datasets: all joints within 0.01 deg, in one
     /// session of one dataset; or one name in `posture` or `repeat` there. With `|s| Use::Fit.takes(s)` the order is that of the samples of a
     /// problem.
-    pub fn of(datasets: &[(&str, &Dataset)], takes: impl Fn(&Sample) -> bool) -> Self {
-        let taken = || datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
+    pub fn of(datasets: &[NamedDataset<'_>], takes: impl Fn(&Sample) -> bool) -> Self {
+        let taken = || {
+            datasets
+                .iter()
+                .enumerate()
+                .flat_map(|(d, NamedDataset { dataset: data, .. })| data.samples.iter().map(move |s| (d, s)))
+        };
         let samples: Vec<(usize, &Sample)> = taken().filter(|(_, s)| takes(s)).collect();
         let joints: Vec<&[f64]> = samples.iter().map(|(_, s)| s.q.as_slice()).collect();
         let setups: Vec<(usize, Option<&str>)> = samples.iter().map(|(d, s)| (*d, s.session.as_deref())).collect();
@@ -38,8 +43,13 @@ impl Postures {
 
     /// Groups replicates: as [`Postures::of`], but with the same target, payload and direction of approach too, so that they
     /// differ only by scatter. Samples with the same `repeat` name are accepted as replicates.
-    pub fn replicates(datasets: &[(&str, &Dataset)], takes: impl Fn(&Sample) -> bool) -> Self {
-        let taken = || datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
+    pub fn replicates(datasets: &[NamedDataset<'_>], takes: impl Fn(&Sample) -> bool) -> Self {
+        let taken = || {
+            datasets
+                .iter()
+                .enumerate()
+                .flat_map(|(d, NamedDataset { dataset: data, .. })| data.samples.iter().map(move |s| (d, s)))
+        };
         let samples: Vec<(usize, &Sample)> = taken().filter(|(_, s)| takes(s)).collect();
         let joints: Vec<&[f64]> = samples.iter().map(|(_, s)| s.q.as_slice()).collect();
         let target = |s: &Sample| match s.measured {
@@ -195,6 +205,7 @@ fn cut(order: &[usize], apart: impl Fn(usize, usize, usize) -> bool) -> Vec<Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::dataset::Dataset;
     use nalgebra::Vector3;
 
     fn of(angles: &[[f64; 2]]) -> Vec<usize> {
@@ -251,9 +262,9 @@ mod tests {
             sample(1.05, "a", Some("r"), 0),
         ];
         let data = Dataset { samples, ..Dataset::default() };
-        let postures = Postures::of(&[("", &data)], |_| true);
+        let postures = Postures::of(&[NamedDataset::new("", &data)], |_| true);
         assert_eq!((postures.of_samples(), postures.count()), (&[0, 1, 0, 0][..], 2));
-        let replicates = Postures::replicates(&[("", &data)], |_| true);
+        let replicates = Postures::replicates(&[NamedDataset::new("", &data)], |_| true);
         assert_eq!(replicates.of_samples(), [0, 1, 2, 2]);
         assert_eq!(replicates.members(), [vec![0], vec![1], vec![2, 3]]);
     }

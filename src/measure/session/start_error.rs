@@ -1,5 +1,7 @@
 //! Reasons why a session at a real cell does not start.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use crate::cell::ManipulatorError;
@@ -19,12 +21,15 @@ pub enum StartError {
         /// Each motion, and why it is forbidden.
         motions: Vec<String>,
     },
-    /// The arm is on no motion of the plan, and the bodies around it are not known.
+    /// The arm is on no motion of the plan, and the cell file does not name the bodies around it.
     #[error(
-        "the arm is on no motion of the plan, and the cell names no scenario that knows what stands around it: {}",
+        "{}: surroundings.scene: is missing, and the arm is on no motion of the plan; name a scene.toml with the bodies around it, or {}",
+        file.display(),
         jog(home)
     )]
     BodiesUnknown {
+        /// The cell file.
+        file: PathBuf,
         /// Home posture of the plan, deg.
         home: String,
     },
@@ -59,7 +64,7 @@ pub enum StartError {
 impl StartError {
     /// True if the request is at fault, not a device: nothing has moved, and nothing was set.
     pub fn is_of_the_request(&self) -> bool {
-        matches!(self, StartError::Forbidden { .. } | StartError::KeepsNoPreset { .. })
+        matches!(self, StartError::Forbidden { .. } | StartError::BodiesUnknown { .. } | StartError::KeepsNoPreset { .. })
     }
 }
 

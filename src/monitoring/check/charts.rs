@@ -12,7 +12,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::conditions::Elementary;
 use super::{CheckError, CheckReference};
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 
 /// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci).
 const NEWEST: f64 = 0.2;
@@ -80,13 +80,13 @@ impl Charts {
     ///
     /// # Errors
     /// As [`CheckReference::check`].
-    pub fn of(reference: &CheckReference<'_>, checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
+    pub fn of(reference: &CheckReference<'_>, checks: &[NamedDataset<'_>]) -> Result<Self, CheckError> {
         let then = reference.then;
-        let mut before = then.1.clone();
+        let mut before = then.dataset.clone();
         let mut courses: Vec<Chart> = Vec::new();
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {
-            let scene = reference.scene((then.0, &before), *now)?;
+            let scene = reference.scene(NamedDataset::new(then.name, &before), *now)?;
             // A changed robot shows nothing of its earlier state, and its change is not a drift.
             let changed = reference.has_changed(*now)?;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
@@ -107,7 +107,7 @@ impl Charts {
             }
             if !changed {
                 let renamed = |s: &Sample| Sample { id: format!("check {}, {}", k + 1, s.id), ..s.clone() };
-                append(&mut before, now.1, renamed);
+                append(&mut before, now.dataset, renamed);
             }
         }
         Ok(Charts { limit: limit_of(RUN_LENGTH * courses.len().max(1) as f64), charts: courses })

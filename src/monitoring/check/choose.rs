@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::seen::Seen;
 use super::{CheckError, counterparts};
 use crate::identify::calibration::Calibration;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Added to every separation, so that the first samples, which separate nothing, are compared at all.
 const GROUND: f64 = 0.02;
@@ -21,7 +21,7 @@ const GROUND: f64 = 0.02;
 ///
 /// # Errors
 /// When the campaign does not belong to the calibration, or its noise is not stated.
-pub fn choose_sentinels(calibration: &Calibration, campaign: (&str, &Dataset), count: usize) -> Result<Vec<usize>, CheckError> {
+pub fn choose_sentinels(calibration: &Calibration, campaign: NamedDataset<'_>, count: usize) -> Result<Vec<usize>, CheckError> {
     let all = Scene::of_campaign(calibration, campaign)?;
     let seen: Vec<&Seen> = all.iter().collect();
     if seen.is_empty() {
@@ -36,7 +36,7 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: (&str, &Dataset), c
         .collect();
     let mut chosen: Vec<usize> = Vec::new();
     // Of a pose that was repeated, one measurement is enough.
-    let repeats = |k: usize| counterparts(&campaign.1.samples[k], campaign.1, campaign.1);
+    let repeats = |k: usize| counterparts(&campaign.dataset.samples[k], campaign.dataset, campaign.dataset);
     let mut taken = vec![false; seen.len()];
     while chosen.len() < count.min(seen.len()) {
         let with = |k: usize| chosen.iter().copied().chain([k]).collect::<Vec<_>>();

@@ -78,7 +78,7 @@ impl CheckReference<'_> {
         let number = |x: f64| format!("{x:e}");
         let mut estimates = vec![self.calibration.robot.name.clone()];
         estimates.extend(self.calibration.estimates.iter().map(|e| format!("{}={:e}", e.name, e.value)));
-        let then = self.then.1;
+        let then = self.then.dataset;
         let mut numbers: Vec<String> = then.base.to_array().into_iter().chain(then.tool.to_array()).map(number).collect();
         numbers.extend(then.balls.iter().flat_map(|ball| ball.position.iter().copied().map(number)));
         numbers.extend(then.samples.iter().flat_map(|sample| sample.numbers().map(number)));

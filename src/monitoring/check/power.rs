@@ -12,7 +12,7 @@ use super::scene::Scene;
 use super::seen::{Seen, ends};
 use super::{CHANGED_BEFOREHAND, CheckError};
 use crate::identify::calibration::Calibration;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::robot::{JointKind, Robot};
 
 /// Checks simulated for each condition and size.
@@ -188,7 +188,7 @@ fn is_named(evidence: &Evidence, condition: &Condition, differences: &DVector<f6
 /// When the campaign does not belong to the calibration, or its noise is not stated.
 pub fn power_of_check(
     calibration: &Calibration,
-    campaign: (&str, &Dataset),
+    campaign: NamedDataset<'_>,
     samples: &[usize],
     sizes: &[f64],
 ) -> Result<Vec<Power>, CheckError> {

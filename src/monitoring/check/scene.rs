@@ -11,7 +11,7 @@ use super::{CheckError, Pair, SAME_POSE, counterparts};
 use crate::identify::Application;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::residuals::noise::moments;
 use crate::residuals::views::SeenSample;
 use crate::robot::sites::{Axis6, MdhEntry, Site};
@@ -34,8 +34,11 @@ struct Applied {
 }
 
 /// The noise of the measurements of a campaign under a calibration.
-pub(super) fn noise_of(calibration: &Calibration, (name, dataset): (&str, &Dataset)) -> Result<ComparisonNoise, CheckError> {
-    let data = [(name, dataset)];
+pub(super) fn noise_of(
+    calibration: &Calibration,
+    NamedDataset { name, dataset }: NamedDataset<'_>,
+) -> Result<ComparisonNoise, CheckError> {
+    let data = [NamedDataset::new(name, dataset)];
     let Application { problem, values, .. } = calibration.apply(&data, Use::All)?;
     let samples: Vec<&Sample> = dataset.samples.iter().collect();
     let seen = SeenSample::all(&problem, &values, &samples, &data);
@@ -46,10 +49,10 @@ impl Scene {
     pub fn new(
         calibration: &Calibration,
         noise: &ComparisonNoise,
-        then: (&str, &Dataset),
-        now: (&str, &Dataset),
+        then: NamedDataset<'_>,
+        now: NamedDataset<'_>,
     ) -> Result<Self, CheckError> {
-        if now.1.samples.is_empty() {
+        if now.dataset.samples.is_empty() {
             return Err(CheckError::Nothing);
         }
         let (before, after) = (applied(calibration, noise, then)?, applied(calibration, noise, now)?);
@@ -58,8 +61,8 @@ impl Scene {
         let mut pairs = Vec::with_capacity(after.seen.len());
         let mut seen = after.seen;
         let mut compared: Vec<Vec<usize>> = Vec::with_capacity(seen.len());
-        for (k, sample) in now.1.samples.iter().enumerate() {
-            let same = counterparts(sample, now.1, then.1);
+        for (k, sample) in now.dataset.samples.iter().enumerate() {
+            let same = counterparts(sample, now.dataset, then.dataset);
             if same.is_empty() {
                 return Err(CheckError::NoCounterpart { sample: sample.id.clone() });
             }
@@ -69,13 +72,18 @@ impl Scene {
             let whitened = after.whiteners[k] * change;
             let (first, height) = seen[k].rows;
             (0..height).for_each(|i| differences[(first + i, 0)] = whitened[i]);
-            let pose = (0..k).find(|&l| seen[l].pose == l && near(&now.1.samples[l], sample)).unwrap_or(k);
+            let pose = (0..k).find(|&l| seen[l].pose == l && near(&now.dataset.samples[l], sample)).unwrap_or(k);
             seen[k].target = (0..k).find(|&l| seen[l].pose == pose && compared[l] == same).unwrap_or(k);
             (seen[k].pose, seen[k].counterparts) = (pose, count);
             // Whiteners are as the noise, inverted.
             let own = after.whiteners[k].norm();
             seen[k].earlier = same.iter().map(|&s| (own / before.whiteners[s].norm()).powi(2)).sum::<f64>() / count;
-            pairs.push(Pair { now: sample.id.clone(), then: then.1.samples[same[0]].id.clone(), change, noise: f64::NAN });
+            pairs.push(Pair {
+                now: sample.id.clone(),
+                then: then.dataset.samples[same[0]].id.clone(),
+                change,
+                noise: f64::NAN,
+            });
             compared.push(same);
         }
         let whitening = Whitening::of(&seen.iter().collect::<Vec<_>>());
@@ -118,7 +126,7 @@ impl Scene {
     }
 
     /// The samples of the campaign itself, as if each were measured once more.
-    pub fn of_campaign(calibration: &Calibration, then: (&str, &Dataset)) -> Result<Vec<Seen>, CheckError> {
+    pub fn of_campaign(calibration: &Calibration, then: NamedDataset<'_>) -> Result<Vec<Seen>, CheckError> {
         Ok(applied(calibration, &noise_of(calibration, then)?, then)?.seen)
     }
 }
@@ -132,9 +140,9 @@ pub(super) fn near(a: &Sample, b: &Sample) -> bool {
 fn applied(
     calibration: &Calibration,
     noise: &ComparisonNoise,
-    (name, dataset): (&str, &Dataset),
+    NamedDataset { name, dataset }: NamedDataset<'_>,
 ) -> Result<Applied, CheckError> {
-    let data = [(name, dataset)];
+    let data = [NamedDataset::new(name, dataset)];
     let Application { problem, values, refitted, .. } = calibration.apply(&data, Use::All)?;
     if !refitted.is_empty() {
         return Err(CheckError::OtherSetUp);

@@ -9,7 +9,7 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::identify::{Model, identify};
 use crate::math::rms;
-use crate::measure::dataset::{Dataset, SampleSet};
+use crate::measure::dataset::{NamedDataset, SampleSet};
 use crate::measure::poses::Postures;
 use crate::selection::recommend::curves::{bands, curve_model};
 
@@ -43,7 +43,7 @@ pub(super) fn changes_shown_by(model: &Model, names: &[&str]) -> Model {
 ///
 /// # Errors
 /// When the data do not determine the model.
-pub(super) fn with_curves(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Model, IdentifyError> {
+pub(super) fn with_curves(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Model, IdentifyError> {
     let plain = Examination::with(datasets, model, Vec::new())?;
     let ids = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count());
     let ids = ids.into_iter().filter(|id| !model.effects.contains(id));
@@ -56,20 +56,23 @@ pub(super) fn with_curves(datasets: &[(&str, &Dataset)], model: &Model) -> Resul
 ///
 /// # Errors
 /// When the run does not determine its set-up.
-pub(super) fn predicted(robot: &Calibration, (name, run): (&str, &Dataset)) -> Result<LeftOut, IdentifyError> {
-    let postures = Postures::of(&[(name, run)], |_| true);
+pub(super) fn predicted(
+    robot: &Calibration,
+    NamedDataset { name, dataset: run }: NamedDataset<'_>,
+) -> Result<LeftOut, IdentifyError> {
+    let postures = Postures::of(&[NamedDataset::new(name, run)], |_| true);
     let parts = PARTS.min(postures.count());
     let refitted = robot.set_up_anew();
     let mut errors: Vec<Vector3<f64>> = Vec::new();
     if parts < 2 {
-        errors = refitted.predict(&[(name, run)], Use::All)?.residuals;
+        errors = refitted.predict(&[NamedDataset::new(name, run)], Use::All)?.residuals;
     }
     for part in 0..if parts < 2 { 0 } else { parts } {
         let mut divided = run.clone();
         for (sample, posture) in divided.samples.iter_mut().zip(postures.of_samples()) {
             sample.set = if posture % parts == part { SampleSet::Validation } else { SampleSet::Fit };
         }
-        errors.extend(refitted.predict(&[(name, &divided)], Use::Validation)?.residuals);
+        errors.extend(refitted.predict(&[NamedDataset::new(name, &divided)], Use::Validation)?.residuals);
     }
     let lengths: Vec<f64> = errors.iter().map(|e| e.norm()).collect();
     Ok(LeftOut {
@@ -84,9 +87,9 @@ pub(super) fn predicted(robot: &Calibration, (name, run): (&str, &Dataset)) -> R
 ///
 /// # Errors
 /// When the others do not determine the robot, or the run not its set-up.
-pub(super) fn left_out(datasets: &[(&str, &Dataset)], model: &Model, k: usize, curves: bool) -> Result<LeftOut, IdentifyError> {
-    let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
-    let names: Vec<&str> = others.iter().map(|(name, _)| *name).collect();
+pub(super) fn left_out(datasets: &[NamedDataset<'_>], model: &Model, k: usize, curves: bool) -> Result<LeftOut, IdentifyError> {
+    let others: Vec<NamedDataset<'_>> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
+    let names: Vec<&str> = others.iter().map(|d| d.name).collect();
     let model = changes_shown_by(model, &names);
     let model = if curves { with_curves(&others, &model)? } else { model };
     predicted(&identify(&others, &model)?, datasets[k])

@@ -9,7 +9,7 @@ use crate::diagnosis::library::{Candidate, Library};
 use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::Estimate;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::fisher_chance;
 use crate::selection::recommend::curves::bands;
 
@@ -42,7 +42,7 @@ pub(super) struct Found {
 }
 
 impl Look {
-    pub fn at(named: &[(&str, &Dataset)], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
+    pub fn at(named: &[NamedDataset<'_>], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
         let plain = Examination::with(named, model, Vec::new())?;
         let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id).collect();
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
@@ -58,7 +58,7 @@ impl Look {
         candidates.extend(looked_for(model, library.into_iter()));
         candidates.extend(set_up_candidates(named, model));
         let examination = plain.beside(named, candidates.into_iter().map(Candidate::new).collect())?;
-        let run_of = |dataset: &str| named.iter().position(|(name, _)| *name == dataset).unwrap_or(0);
+        let run_of = |dataset: &str| named.iter().position(|d| d.name == dataset).unwrap_or(0);
         let run_of_setup: Vec<usize> = examination.problem().setups().iter().map(|s| run_of(&s.dataset)).collect();
         let days: Vec<f64> = question.runs.iter().filter_map(|run| run.day).collect();
         let dated = days.len() == named.len() && days.windows(2).all(|w| w[1] > w[0]);
@@ -152,7 +152,7 @@ impl Look {
     }
 
     /// The difference with the smallest chance, if it is smaller than chance allows.
-    pub fn best(&self, named: &[(&str, &Dataset)]) -> Option<Found> {
+    pub fn best(&self, named: &[NamedDataset<'_>]) -> Option<Found> {
         let mut all: Vec<(usize, Pattern, Explained, RunsTest)> = Vec::new();
         for (place, unit) in self.units.all.iter().enumerate().filter(|(_, unit)| unit.is_small()) {
             for pattern in self.patterns(unit) {
@@ -252,17 +252,17 @@ fn declared(examination: &Examination, drifts: &[(String, f64)], months: &[f64])
 }
 
 /// Effects of tools and balls that are stated and may not be as stated.
-fn set_up_candidates(named: &[(&str, &Dataset)], model: &Model) -> Vec<String> {
+fn set_up_candidates(named: &[NamedDataset<'_>], model: &Model) -> Vec<String> {
     let mut all = Vec::new();
     let absent = |id: &str| !model.effects.iter().any(|e| e == id);
-    if named.iter().all(|(_, d)| !d.tool_free && d.tool_sigma == 0.0) && absent("tool_frame") {
+    if named.iter().all(|d| !d.dataset.tool_free && d.dataset.tool_sigma == 0.0) && absent("tool_frame") {
         all.push("tool_frame".to_owned());
     }
     if absent("base_frame") {
         all.push("base_frame".to_owned());
     }
-    let balls = named[0].1.ball_ids();
-    if balls.len() > 1 && named.iter().all(|(_, d)| d.ball_ids() == balls && d.balls.iter().all(|b| !b.free)) {
+    let balls = named[0].dataset.ball_ids();
+    if balls.len() > 1 && named.iter().all(|d| d.dataset.ball_ids() == balls && d.dataset.balls.iter().all(|b| !b.free)) {
         all.extend(balls.iter().map(|b| format!("ball:{b}")).filter(|id| absent(id)));
     }
     all

@@ -11,7 +11,7 @@ use crate::diagnosis::Examination;
 use crate::identify::RunChange;
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::math::rms;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
 /// A parameter is not determined if the one-sigma of its change is at least this, in plausible sizes.
@@ -128,7 +128,7 @@ pub struct RunOfRobot {
 /// Inputs of the tables.
 pub(super) struct Tables<'a> {
     pub look: &'a Look,
-    pub named: &'a [(&'a str, &'a Dataset)],
+    pub named: &'a [NamedDataset<'a>],
     pub differences: &'a [Difference],
 }
 
@@ -161,7 +161,7 @@ impl Tables<'_> {
         let first = all.into_iter().find(|e| e.name == unit.parameters[0]);
         let first = first.unwrap_or_else(|| unreachable!("a unit is of a fitted parameter"));
         let moved: Vec<&Difference> = self.differences.iter().filter(|d| self.is_of(d, &first.name)).collect();
-        let names: Vec<&str> = self.named.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = self.named.iter().map(|d| d.name).collect();
         let weight = |d: &Difference, run: usize| unit.change(&d.pattern, &names, months).weight(names[run]);
         let size = |d: &Difference| d.parameters.first().map_or(0.0, |e| e.value);
         let by = |run: usize| -> f64 { moved.iter().map(|d| weight(d, run) * size(d)).sum() };
@@ -274,14 +274,14 @@ impl Tables<'_> {
         let Examination { problem, fit, .. } = &self.look.examination;
         let residuals = problem.residuals(&fit.values);
         let circumstances = &self.look.examination.circumstances;
-        let of = |(k, (name, dataset)): (usize, &(&str, &Dataset))| {
+        let of = |(k, NamedDataset { name, dataset }): (usize, &NamedDataset<'_>)| {
             let own: Vec<_> = circumstances
                 .iter()
                 .zip(&residuals)
                 .filter(|(at, _)| problem.setups()[at.setup].dataset == *name)
                 .map(|(_, r)| *r)
                 .collect();
-            let judged = Postures::of(&[(name, dataset)], |s| crate::identify::problem::Use::Fit.takes(s));
+            let judged = Postures::of(&[NamedDataset::new(name, dataset)], |s| crate::identify::problem::Use::Fit.takes(s));
             let weight = self.look.examination.yardstick.weight();
             let unit = (self.look.examination.mean_variance() / 3.0).sqrt() / weight;
             RunOfRobot {

@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 use super::chance::{chi_squared, normal, one_of};
 use super::linear_model::{Group, KINDS, LinearModel, Size, State};
 use super::solver::Solver;
-use crate::diagnosis::worker;
 use crate::identify::fit::FitError;
+use crate::prediction::worker::{self, Worker};
 
 /// Number of chains.
 const CHAINS: u64 = 2;
@@ -77,13 +77,14 @@ impl Draw {
 }
 
 impl LinearModel {
-    /// Draws from the posterior; the same `seed` gives the same draws on any number of threads.
+    /// Draws from the posterior, one chain of it by the worker if there is one; the same `seed` gives the same draws on any
+    /// number of threads, with a worker and without.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
-    pub fn draws(&self, seed: u64) -> Result<Vec<Draw>, FitError> {
+    pub fn draws(&self, seed: u64, worker: Option<&dyn Worker>) -> Result<Vec<Draw>, FitError> {
         let last = CHAINS - 1;
-        let handed_over = worker::begin(&(self, seed, last));
+        let handed_over = worker::begin(worker, &(self, seed, last));
         let own: Vec<u64> = (0..if handed_over.is_some() { last } else { CHAINS }).collect();
         let chains: Result<Vec<Vec<Draw>>, FitError> = own.par_iter().map(|&k| self.chain(seed, k)).collect();
         let mut chains = chains?;
@@ -211,10 +212,34 @@ pub fn help(job: &[u8]) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use nalgebra::DMatrix;
     use rand::RngExt;
 
     use super::*;
+
+    /// A worker in the same process.
+    #[derive(Debug, Default)]
+    struct Neighbour {
+        is_there: bool,
+        fails: bool,
+        job: Mutex<Vec<u8>>,
+    }
+
+    impl Worker for Neighbour {
+        fn is_there(&self) -> bool {
+            self.is_there
+        }
+
+        fn begin(&self, job: &[u8]) {
+            job.clone_into(&mut self.job.lock().unwrap());
+        }
+
+        fn result(&self) -> Option<Vec<u8>> {
+            if self.fails { None } else { help(&self.job.lock().unwrap()) }
+        }
+    }
 
     /// Number of robots sampled from the prior.
     const ROBOTS: u64 = 500;
@@ -258,7 +283,7 @@ mod tests {
                 [at.abs().mean(), at.abs().max()]
             };
             let truth = of(&b);
-            let draws: Vec<[f64; 2]> = model.draws(robot).unwrap().iter().map(|d| of(&d.b)).collect();
+            let draws: Vec<[f64; 2]> = model.draws(robot, None).unwrap().iter().map(|d| of(&d.b)).collect();
             [0, 1].map(|k| draws.iter().filter(|d| d[k] < truth[k]).count() * BINS / (draws.len() + 1))
         };
         let ranks: Vec<[usize; 2]> = robots.par_iter().map(ranks).collect();
@@ -274,10 +299,19 @@ mod tests {
     #[test]
     fn a_chain_drawn_by_a_worker_is_the_same_to_the_last_bit() {
         let (model, _) = drawn(&mut ChaCha8Rng::seed_from_u64(3), 24);
-        let job = postcard::to_allocvec(&(&model, 5_u64, 1_u64)).unwrap();
+        let alone = model.draws(5, None).unwrap();
+        let there = Neighbour { is_there: true, ..Neighbour::default() };
+        assert_eq!(model.draws(5, Some(&there)).unwrap(), alone);
+        let job = there.job.lock().unwrap().clone();
         let by_worker: Vec<Draw> = postcard::from_bytes(&help(&job).unwrap()).unwrap();
-        assert_eq!(model.draws(5).unwrap()[KEPT..], by_worker);
+        assert_eq!(alone[KEPT..], by_worker);
         assert_eq!(help(&job[..job.len() - 1]), None);
+        // Neither one that is not there nor one that fails changes anything.
+        let away = Neighbour::default();
+        assert_eq!(model.draws(5, Some(&away)).unwrap(), alone);
+        assert!(away.job.lock().unwrap().is_empty());
+        let failing = Neighbour { is_there: true, fails: true, ..Neighbour::default() };
+        assert_eq!(model.draws(5, Some(&failing)).unwrap(), alone);
     }
 
     #[test]

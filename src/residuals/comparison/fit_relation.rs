@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::identify::Application;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise_floor::NoiseFloor;
 use crate::residuals::views::{Beforehand, Whitened};
 
@@ -35,14 +35,14 @@ pub struct FitRelation {
 pub(super) fn of(
     calibration: &Calibration,
     application: &Application,
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     which: Use,
     noise: &NoiseFloor,
 ) -> (FitRelation, Beforehand) {
     let Application { problem, values, refitted, from_fit_rows, .. } = application;
     let as_fitted = as_fitted(application);
     let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
-    let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|(_, d)| named(d));
+    let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|d| named(d.dataset));
     let under_another_name = calibration.fitted_rows.share(datasets, which).is_some_and(|share| share > 0.5);
     let beforehand = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted) {
         as_fitted

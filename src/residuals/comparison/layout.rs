@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::standout::Subject;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::views::{Bins, JointVariable, MOST_WORST, Patterns, SeenSample};
 use crate::robot::JointKind;
 
@@ -48,12 +48,12 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new(seen: &[SeenSample<'_>], setups: usize, datasets: &[(&str, &Dataset)], normalised: &[(f64, usize)]) -> Self {
+    pub fn new(seen: &[SeenSample<'_>], setups: usize, datasets: &[NamedDataset<'_>], normalised: &[(f64, usize)]) -> Self {
         let count = seen.first().map_or(0, |s| s.joint_columns.len());
-        let turns = |j: &usize| datasets.first().is_none_or(|(_, d)| d.robot.kind(*j) == JointKind::Revolute);
+        let turns = |j: &usize| datasets.first().is_none_or(|d| d.dataset.robot.kind(*j) == JointKind::Revolute);
         let lever = |j: &usize| seen.iter().any(|s| (s.whitener * s.joint_columns[*j]).norm() * s.variance.sqrt() > NO_LEVER);
         let joints: Vec<usize> = (0..count).filter(turns).filter(lever).collect();
-        let mut probed: Vec<Vec<bool>> = datasets.iter().map(|(_, d)| vec![false; d.balls.len()]).collect();
+        let mut probed: Vec<Vec<bool>> = datasets.iter().map(|d| vec![false; d.dataset.balls.len()]).collect();
         for s in seen {
             if let Some(flag) = s.ball().and_then(|b| probed[s.dataset].get_mut(b)) {
                 *flag = true;
@@ -97,10 +97,10 @@ impl Layout {
     }
 
     /// Excludes from the candidates the balls whose position parameters are among `refitted`.
-    pub fn acquit(&mut self, refitted: &[String], datasets: &[(&str, &Dataset)]) {
+    pub fn acquit(&mut self, refitted: &[String], datasets: &[NamedDataset<'_>]) {
         let is_placed = |&b: &usize| {
             let (d, ball) = self.balls[b];
-            let of_ball = format!("ball:{}.", datasets[d].1.balls[ball].id);
+            let of_ball = format!("ball:{}.", datasets[d].dataset.balls[ball].id);
             refitted.iter().any(|name| name.starts_with(&of_ball))
         };
         self.placed = (0..self.balls.len()).filter(is_placed).collect();

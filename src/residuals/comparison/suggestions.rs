@@ -7,15 +7,15 @@ use crate::effects::facts::Follows;
 use crate::effects::family::{Family, Scan};
 use crate::identify::Model;
 use crate::identify::calibration::Calibration;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::views::JointVariable;
 
 impl Layout {
     /// Lists the effects of the catalogue that would show as `subject` and that the model does not contain. For a tool
     /// or a base, effects that mainly act there come first. The index in `subject` is that of this layout.
-    pub fn suggestions(&self, subject: Subject, calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Vec<String> {
+    pub fn suggestions(&self, subject: Subject, calibration: &Calibration, datasets: &[NamedDataset<'_>]) -> Vec<String> {
         let (balls, of_joint): (Vec<String>, Option<(usize, JointVariable)>) = match subject {
-            Subject::Ball(b) => (datasets[self.ball_at(b).0].1.ball_ids(), None),
+            Subject::Ball(b) => (datasets[self.ball_at(b).0].dataset.ball_ids(), None),
             Subject::Curve(c) => (Vec::new(), Some(self.curve_of(c))),
             Subject::Tool(_) | Subject::World(_) | Subject::Offset(_) | Subject::Sample(_) => (Vec::new(), None),
         };

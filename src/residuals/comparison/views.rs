@@ -6,7 +6,7 @@ use super::finding::Judge;
 use super::layout::{Curve, Layout};
 use crate::identify::problem::Setup;
 use crate::math::rms;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::residuals::views::{
     BallView, JointBin, JointCurve, JointOffset, Scores, SeenSample, SetupView, Taken, ToolView, ViewTest, WorldView,
     WorstSample, remarks,
@@ -102,7 +102,7 @@ impl Views<'_> {
         setups.iter().enumerate().map(one).collect()
     }
 
-    pub fn balls(&self, datasets: &[(&str, &Dataset)]) -> Vec<BallView> {
+    pub fn balls(&self, datasets: &[NamedDataset<'_>]) -> Vec<BallView> {
         let one = |(k, &(d, b)): (usize, &(usize, usize))| {
             let patterns = self.layout.ball(k);
             let own = || self.seen.iter().filter(move |s| s.dataset == d && s.ball() == Some(b));
@@ -116,8 +116,8 @@ impl Views<'_> {
                 [Vector3::from_fn(|i, _| -taken.sizes[i]), sigma]
             };
             BallView {
-                dataset: datasets[d].0.to_owned(),
-                ball: datasets[d].1.balls[b].id.clone(),
+                dataset: datasets[d].name.to_owned(),
+                ball: datasets[d].dataset.balls[b].id.clone(),
                 samples,
                 rms: rms(&own().map(|s| s.residual).collect::<Vec<_>>()),
                 mean: Vector3::from_column_slice(&mean.values),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use crate::robot::{FramePose, Robot};
 
 /// Measurement of one row; balls are numbered over all datasets.
@@ -79,8 +79,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Campaign {
     /// Collects all rows that `which` selects; `None` if there are none.
-    pub fn of(datasets: &[(&str, &Dataset)], which: Use) -> Option<Campaign> {
-        let (_, first) = datasets.first()?;
+    pub fn of(datasets: &[NamedDataset<'_>], which: Use) -> Option<Campaign> {
+        let NamedDataset { dataset: first, .. } = datasets.first()?;
         let mut campaign = Campaign {
             robot: first.robot.clone(),
             places: Vec::new(),
@@ -89,7 +89,7 @@ impl Campaign {
             shots: Vec::new(),
             noise: UNSTATED_NOISE,
         };
-        for (d, (_, dataset)) in datasets.iter().enumerate() {
+        for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             campaign.add(d, dataset, which);
         }
         campaign.find_free_bases();

@@ -367,7 +367,7 @@ mod tests {
 
     use super::*;
     use crate::identify::problem::Use;
-    use crate::measure::dataset::{Dataset, Measured, Sample};
+    use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
     use crate::robot::built_in;
 
     #[test]
@@ -384,7 +384,7 @@ mod tests {
             }
             dataset.samples.push(Sample::new(k.to_string(), q, Measured::Point(point)));
         }
-        let campaign = Campaign::of(&[("d", &dataset)], Use::All).expect("rows");
+        let campaign = Campaign::of(&[NamedDataset::new("d", &dataset)], Use::All).expect("rows");
         let fitted = fit(&campaign);
         assert!((fitted.frames.tools[0] - Vector3::from(tool.xyz)).norm() < 1e-7, "{:?}", fitted.frames.tools);
         assert!(fitted.robust < 1e-7 && (fitted.plain - 0.4 / 8f64.sqrt()).abs() < 1e-6, "{} {}", fitted.robust, fitted.plain);

@@ -1,7 +1,7 @@
 //! Joint angles rounded by the controller: a read-out in hundredths of a degree is a measurement with noise of its own.
 
 use crate::identify::problem::{Problem, Use};
-use crate::measure::dataset::{Dataset, Sample};
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::robot::{JointKind, Robot};
 use crate::units::DEG;
 
@@ -32,7 +32,7 @@ fn turning(robot: &Robot) -> impl Iterator<Item = usize> + '_ {
 impl JointSteps {
     /// Finds the step of the rows of set `fit`, with the arm at `values` of its parameters; `None` if the angles are
     /// not rounded.
-    pub(crate) fn of(datasets: &[(&str, &Dataset)], problem: &Problem, values: &[f64]) -> Option<Self> {
+    pub(crate) fn of(datasets: &[NamedDataset<'_>], problem: &Problem, values: &[f64]) -> Option<Self> {
         let (mut levers, mut samples) = (0.0, 0.0);
         problem.for_each_sample(values, &mut |posed| {
             let lever = |j| posed.posture.motion(j).norm_squared();
@@ -44,14 +44,14 @@ impl JointSteps {
 
     /// Finds the largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the
     /// joints of the squared TCP displacement per angle, m²/rad², averaged over the samples.
-    fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
-        let (_, first) = datasets.first()?;
+    fn with_levers(datasets: &[NamedDataset<'_>], levers: f64) -> Option<Self> {
+        let NamedDataset { dataset: first, .. } = datasets.first()?;
         let robot = &first.robot;
         let angles = |s: &Sample| -> Vec<f64> {
             let of_joints = s.q.iter().enumerate();
             of_joints.filter(|(j, _)| robot.kind(*j) == JointKind::Revolute).map(|(_, q)| *q).collect()
         };
-        let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
+        let taken = || datasets.iter().flat_map(|d| d.dataset.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
             return None;
         }
@@ -73,7 +73,7 @@ impl JointSteps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::dataset::{Measured, Sample};
+    use crate::measure::dataset::{Dataset, Measured, Sample};
     use nalgebra::Vector3;
 
     fn data(step: f64) -> Dataset {
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn hundredths_are_seen_and_what_is_finer_or_commanded_is_not() {
-        let of = |step: f64| JointSteps::with_levers(&[("", &data(step))], 3.0);
+        let of = |step: f64| JointSteps::with_levers(&[NamedDataset::new("", &data(step))], 3.0);
         let found = of(0.01).map(|s| (s.step / DEG, s.per_axis));
         assert!(
             found.is_some_and(|(step, size)| (step - 0.01).abs() < 1e-12 && (size - 0.01 * DEG / 12f64.sqrt()).abs() < 1e-12)

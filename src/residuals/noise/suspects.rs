@@ -13,7 +13,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{Fit, fit};
 use crate::identify::problem::{Problem, Use};
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
 /// A posture or sample that deviates from all others by more than this, in robust one-sigmas, may be a suspect.
@@ -62,7 +62,7 @@ pub struct Suspect {
 ///
 /// ```
 /// use calibench::identify::Model;
-/// # use calibench::measure::dataset::{Dataset, Measured, Noise, Sample};
+/// # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 /// use calibench::residuals::noise::suspects;
 /// # use calibench::robot::kinematics::world_from_tool;
 /// # use calibench::robot::{FramePose, built_in};
@@ -83,21 +83,21 @@ pub struct Suspect {
 /// if let Measured::Point(point) = &mut data.samples[7].measured {
 ///     point.x += 1.0 * MM;
 /// }
-/// let found = suspects(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// let found = suspects(&[NamedDataset::new("campaign", &data)], &Model::of(&["base_frame"]))?;
 /// assert_eq!(found.iter().map(|s| s.sample.as_str()).collect::<Vec<_>>(), ["p7"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// When the data do not fit the model, or do not determine the unknowns.
-pub fn suspects(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
+pub fn suspects(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
     let problem = Problem::new(datasets, model, Use::Fit)?;
     let fit = fit(&problem)?;
     Ok(suspects_of(datasets, &problem, &fit))
 }
 
 /// As [`suspects`], for a fitted problem.
-pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
+pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
     let rows = rows(problem, &fit.values);
     let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
     if postures.of_samples().len() != rows.len() {
@@ -151,8 +151,11 @@ pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit:
     named(datasets, &rows, found)
 }
 
-fn named(datasets: &[(&str, &Dataset)], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
-    let taken = datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
+fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
+    let taken = datasets
+        .iter()
+        .enumerate()
+        .flat_map(|(d, NamedDataset { dataset: data, .. })| data.samples.iter().map(move |s| (d, s)));
     let samples: Vec<(usize, &str)> = taken.filter(|(_, s)| Use::Fit.takes(s)).map(|(d, s)| (d, s.id.as_str())).collect();
     found.retain(|(i, ..)| *i < rows.len());
     found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::rows;
 use crate::identify::fit::Fit;
 use crate::identify::problem::{Problem, Use};
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 use crate::residuals::noise_floor::{NoiseFloor, NoisySample, fisher_chance};
 
@@ -28,7 +28,7 @@ impl Yardstick {
     }
 
     /// Computes the yardstick of a problem fitted to the rows of set `fit`.
-    pub fn of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Self {
+    pub fn of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Self {
         let rows = rows(problem, &fit.values);
         let replicates = Postures::replicates(datasets, |s| Use::Fit.takes(s));
         let noisy = rows.iter().zip(replicates.of_samples()).map(|(r, &group)| NoisySample {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::identify::problem::Problem;
-use crate::measure::dataset::{Dataset, Measured, Sample};
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::robot::FramePose;
 use crate::robot::statics::{Loads, Payload};
 
@@ -42,16 +42,16 @@ pub struct SeenSample<'a> {
 
 impl<'a> SeenSample<'a> {
     /// Returns the samples of a problem, which must be built from these datasets, at `values` of its parameters.
-    pub fn all(problem: &Problem, values: &[f64], samples: &[&'a Sample], datasets: &[(&str, &Dataset)]) -> Vec<Self> {
+    pub fn all(problem: &Problem, values: &[f64], samples: &[&'a Sample], datasets: &[NamedDataset<'_>]) -> Vec<Self> {
         let robot = problem.robot();
         let n = robot.joints();
         let mut loads = Loads::new(n);
         let turns: Vec<Rotation3<f64>> =
-            datasets.iter().map(|(_, d)| FramePose { xyz: [0.0; 3], ..d.tool }.pose().rotation).collect();
+            datasets.iter().map(|d| FramePose { xyz: [0.0; 3], ..d.dataset.tool }.pose().rotation).collect();
         let none = Payload::none();
         let mut seen = Vec::with_capacity(samples.len());
         problem.for_each_sample(values, &mut |posed| {
-            let (sample, dataset) = (samples[posed.place], datasets[posed.dataset].1);
+            let (sample, dataset) = (samples[posed.place], datasets[posed.dataset].dataset);
             let payload = dataset.payloads.get(sample.payload).unwrap_or(&none);
             let mut tau = Vec::new();
             if robot.has_masses() {

@@ -49,6 +49,16 @@ impl Solid {
         Solid { name: name.into(), frame, shape: Shape::Capsule { ends, radius } }
     }
 
+    /// A ball of an artifact with this centre and radius (m).
+    pub fn ball(id: &str, centre: Vector3<f64>, radius: f64) -> Self {
+        Solid::capsule(Solid::ball_name(id), 0, [centre, centre], radius)
+    }
+
+    /// Name of the body of a ball.
+    pub fn ball_name(id: &str) -> String {
+        format!("ball {id}")
+    }
+
     /// A box around `centre` (m), reaching `half_size` (m) along each axis of frame `frame`.
     pub fn cuboid(name: impl Into<String>, frame: usize, centre: Vector3<f64>, half_size: Vector3<f64>) -> Self {
         Solid { name: name.into(), frame, shape: Shape::Box { centre, half_size } }

@@ -6,7 +6,7 @@ use crate::diagnosis::{Diagnosis, diagnose_examined};
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
-use crate::measure::dataset::{Dataset, SampleSet};
+use crate::measure::dataset::{NamedDataset, SampleSet};
 use crate::prediction::{WorkspaceError, undetermined};
 use crate::residuals::Validation;
 use crate::selection::Objection;
@@ -60,14 +60,14 @@ pub struct LadderStep {
 ///
 /// # Errors
 /// When the data do not fit the model, or do not determine the unknowns.
-pub fn ladder_step(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
+pub fn ladder_step(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     examined_rung(datasets, model, &examination, ground)
 }
 
 /// As [`ladder_step`], for a model that is already fitted.
 pub(super) fn examined_rung(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     model: &Model,
     examination: &Examination,
     ground: HoldOut<'_>,
@@ -77,15 +77,15 @@ pub(super) fn examined_rung(
 
 /// The same with the scores of the fit.
 pub(crate) fn judged_rung(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     examination: &Examination,
     scores: FitScores,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let diagnosis = diagnose_examined(datasets, examination)?;
-    let workspace = WorkspaceError::predict(datasets, examination, ground.poses)?;
+    let workspace = WorkspaceError::predict_with(datasets, examination, ground.poses, ground.worker)?;
     let FitScores { model, calibration, fit, cross_validated, blocks, posture, sessions, symptoms } = scores;
-    let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
+    let has = |set: SampleSet| datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == set));
     let validation =
         if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
     Ok(LadderStep {
@@ -102,7 +102,7 @@ pub(crate) fn judged_rung(
         noise: diagnosis.noise,
         sessions,
         diagnosis,
-        checks: ground.checks.iter().map(|(name, dataset)| Check::of(&calibration, name, dataset)).collect(),
+        checks: ground.checks.iter().map(|NamedDataset { name, dataset }| Check::of(&calibration, name, dataset)).collect(),
         symptoms,
         calibration,
         gains: Vec::new(),
@@ -147,7 +147,7 @@ impl LadderStep {
 /// # Errors
 /// As [`ladder_step`].
 pub fn add(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     effects: &[String],
     ground: HoldOut<'_>,
@@ -161,7 +161,7 @@ pub fn add(
 /// # Errors
 /// As [`ladder_step`].
 pub fn step(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     model: &Model,
     added: Vec<String>,

@@ -11,7 +11,7 @@ use crate::diagnosis::library::Candidate;
 use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
 /// The whole library is offered if its effective number of parameters is not larger than this share of three components
@@ -119,7 +119,7 @@ type Held = Vec<(usize, f64)>;
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
 pub fn recommend(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     examination: &Examination,
     [steps, bad]: [&[String]; 2],
     library: &[(String, f64)],

@@ -8,7 +8,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::examination::Span;
 use crate::identify::Model;
 use crate::identify::fit::FitError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Bands of orders per turn.
 const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
@@ -64,7 +64,7 @@ pub(crate) fn shrunk(
 
 /// A model with the error curves that are the candidates of an examination of it, each regularised by the size that the evidence
 /// gives it.
-pub(crate) fn curve_model(datasets: &[(&str, &Dataset)], examination: &Examination, model: &Model) -> Result<Model, FitError> {
+pub(crate) fn curve_model(datasets: &[NamedDataset<'_>], examination: &Examination, model: &Model) -> Result<Model, FitError> {
     let linear = Linear::new(examination, datasets);
     let candidates = &examination.library().candidates;
     let mut with = model.clone();

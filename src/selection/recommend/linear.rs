@@ -10,7 +10,7 @@ use crate::diagnosis::folds::{Folds, places_of_balls, postures};
 use crate::identify::fit::FitError;
 use crate::identify::problem::Parameter;
 use crate::math::linalg;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 use crate::units::DEG;
 
 /// Held-out rows count only inside the joint ranges of the rows that predict them, extended by this share of the range
@@ -74,7 +74,7 @@ pub(super) struct FoldProducts {
 
 impl<'a> Linear<'a> {
     /// Linearises an examined fit and its candidates.
-    pub fn new(examination: &'a Examination, datasets: &[(&str, &Dataset)]) -> Self {
+    pub fn new(examination: &'a Examination, datasets: &[NamedDataset<'_>]) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
         let postures = postures(circumstances);

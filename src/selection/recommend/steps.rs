@@ -8,13 +8,13 @@ use crate::diagnosis::library::Candidate;
 use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::NamedDataset;
 
 /// Computes the gain of `after` over `before`, one entry per division; empty if it adds nothing but excluded samples.
 ///
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
-pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
+pub fn gains(datasets: &[NamedDataset<'_>], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
     let is_new = |id: &&String| !before.effects.contains(id) && effects::catalogue::set_aside_by(id).is_none();
     let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
     if added.is_empty() {
@@ -32,7 +32,7 @@ pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Re
 /// # Errors
 /// As [`gains`].
 pub fn gains_of_each(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     before: &Model,
     effects: &[String],
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
@@ -44,7 +44,7 @@ pub fn gains_of_each(
 }
 
 fn judged(
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     before: &Model,
     widths: &Model,
     sets: &[Vec<&str>],

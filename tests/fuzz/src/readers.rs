@@ -21,8 +21,8 @@ use calibench::import::{ImportOptions, guess, import};
 use calibench::measure::campaign::Conditions;
 use calibench::measure::campaign::cell::read_cell;
 use calibench::measure::campaign::journal::Journal;
-use calibench::measure::dataset::Dataset;
 use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::read_plan;
 use calibench::robot::built_in;
 use calibench::robot::robot_file::load_robot;
@@ -98,7 +98,7 @@ static PAPER: LazyLock<Dataset> =
 /// small ones are made.
 fn fitted(dataset: &Dataset) {
     if dataset.samples.len() <= 12 && dataset.robot.joints() <= 7 {
-        black_box(identify(&[("d", dataset)], &Model::default_for(dataset)).is_ok());
+        black_box(identify(&[NamedDataset::new("d", dataset)], &Model::default_for(dataset)).is_ok());
     }
 }
 
@@ -117,7 +117,7 @@ fn samples_csv(bytes: &[u8]) {
 fn model_toml(bytes: &[u8]) {
     let balls = PAPER.ball_ids();
     if let Ok(model) = read_model(&file("model.toml", bytes), &Subject::new(&PAPER.robot, &balls)) {
-        black_box(identify(&[("paper", &PAPER)], &model).is_ok());
+        black_box(identify(&[NamedDataset::new("paper", &PAPER)], &model).is_ok());
     }
 }
 
@@ -133,7 +133,7 @@ fn expression(bytes: &[u8]) {
 
 fn calibration_toml(bytes: &[u8]) {
     if let Ok(calibration) = read_calibration(&file("calibration.toml", bytes)) {
-        black_box(calibration.predict(&[("paper", &PAPER)], Use::All).is_ok());
+        black_box(calibration.predict(&[NamedDataset::new("paper", &PAPER)], Use::All).is_ok());
     }
 }
 

@@ -21,7 +21,7 @@ use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
-use calibench::measure::session::{FirstMotion, GaugeState, StartError, guard_conditions, preflight, start_session};
+use calibench::measure::session::{FirstMotion, GaugeState, guard_conditions, preflight, start_session};
 use calibench::units::{DEG, MM};
 
 use super::rehearsal::rehearse;
@@ -31,8 +31,6 @@ use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
 use crate::verbs::cell::disagreement_verdict;
-use calibench_sim::planning::wanted;
-use calibench_sim::scenario::load_scenario;
 
 #[derive(clap::Args)]
 pub struct CellArguments {
@@ -90,11 +88,11 @@ pub fn run(
     let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
     prepare(&cell, robot.as_mut())?;
     let joints = robot.joints().map_err(|e| hardware(&e))?;
-    let first = first_motion(&cell, &planned, &joints)?;
+    let first = FirstMotion::from(&cell, &planned, &joints).map_err(not_started)?;
     if let Some(words) = &first.words {
         tell(words);
     }
-    let left = wanted(poses).saturating_sub(journal.done_before());
+    let left = planned.wanted().saturating_sub(journal.done_before());
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
     operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
     let log = motion_log(output)?;
@@ -105,7 +103,7 @@ pub fn run(
         start_session((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges)).map_err(not_started)?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
-    let mut bar = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
+    let mut bar = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
     let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
     let record = campaign.run((guarded, stands), &mut gauges, &mut journal, &mut bar);
     drop(bar);
@@ -114,7 +112,7 @@ pub fn run(
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
     if !silent {
-        print_answer(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+        print_answer(&summary(&record, planned.wanted(), &traffic_of(robot.as_ref(), &gauges)))?;
     }
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
@@ -185,18 +183,6 @@ pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
         }
     }
     Ok(gauges)
-}
-
-/// The motion from joints `q` (rad) to one from which the plan has ways; the cell's scenario, if it names one, knows what stands
-/// around an arm that is on no motion of the plan.
-pub fn first_motion(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<FirstMotion, Failure> {
-    match (FirstMotion::from(cell, plan, q, None), &cell.scenario) {
-        (Err(StartError::BodiesUnknown { .. }), Some(named)) => {
-            let bodies = load_scenario(named)?.surroundings();
-            FirstMotion::from(cell, plan, q, Some(&bodies)).map_err(not_started)
-        }
-        (found, _) => found.map_err(not_started),
-    }
 }
 
 /// Checks that controller and model describe the same arm, and sets speed and tool. Nothing moves.

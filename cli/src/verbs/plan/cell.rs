@@ -1,4 +1,4 @@
-//! `plan CELL -o PLAN`: a plan for a real cell, made in the scenario that its file refers to.
+//! `plan CELL -o PLAN`: a plan for a real cell, made with the settings of the scenario that its file refers to.
 
 use std::path::Path;
 
@@ -9,7 +9,8 @@ use calibench::robot::kinematics::world_from_tool;
 use calibench::units::{DEG, MM};
 use toml::Table;
 
-use calibench_sim::scenario::{Scenario, load_scenario};
+use crate::arguments::scenario::read_scenario;
+use calibench_sim::scenario::Scenario;
 
 /// Largest allowed distance of a ball or the TCP between scenario and cell, m: clearances are a few millimetres.
 const SAME_PLACE: f64 = 1.0 * MM;
@@ -23,7 +24,8 @@ pub fn is_cell(path: &Path) -> bool {
     read_text(path).ok().and_then(format).unwrap_or(false)
 }
 
-/// Reads the scenario to which a cell's file refers, and the cell, whose names and guards the plan must respect.
+/// Reads the scenario to which a cell's file refers, with the bodies of the cell if its file names them, and the cell, whose
+/// names and guards the plan must respect.
 ///
 /// # Errors
 /// If the file is invalid, refers to no scenario, or the scenario is of another cell.
@@ -34,17 +36,22 @@ pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
         Err(error) => error,
     };
     let Some(named) = &cell.scenario else {
-        let remedy = "name a scenario of the same cell, relative to this file: it has the bodies among which poses are planned";
+        let remedy =
+            "name a scenario of the same cell, relative to this file: it has the settings with which poses are planned";
         return Err(wrong("is missing".into(), remedy));
     };
     if !named.exists() {
         return Err(wrong(format!("{} is not there", named.display()), "name a scenario, relative to this file"));
     }
-    let scenario = load_scenario(named)?;
+    let scenario = read_scenario(named)?;
     if let Some(difference) = difference(&scenario.dataset(), &cell.dataset) {
         let problem = format!("{} is of another cell: {difference}", named.display());
         return Err(wrong(problem, "make robot, base, tool, balls and payloads those of the dataset"));
     }
+    let scenario = match &cell.surroundings {
+        Some(bodies) => scenario.with_surroundings(bodies.clone()),
+        None => scenario,
+    };
     Ok((scenario, cell))
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench_lab::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
 use serde_json::json;
 
@@ -54,10 +54,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// All requested divisions.
-fn cases<'a>(arguments: &Arguments, named: &[(&'a str, &'a Dataset)]) -> Vec<Case<'a>> {
+fn cases<'a>(arguments: &Arguments, named: &[NamedDataset<'a>]) -> Vec<Case<'a>> {
     let Arguments { blocks, places, campaigns, short, draws, seed, .. } = *arguments;
     let mut cases = Vec::new();
-    for (name, dataset) in named {
+    for NamedDataset { name, dataset } in named {
         let folds = arguments.folds.unwrap_or(FOLDS);
         if folds > 1 {
             cases.extend(by_postures(name, dataset, folds, seed));

@@ -10,14 +10,14 @@ use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station
 use calibench::measure::centring::{CenteringController, ProbingFailure};
 use calibench::measure::poses::ways::{ArmAt, HomeWays};
 use calibench::measure::poses::{PlannedPose, read_plan};
-use calibench::measure::session::{GaugeState, preflight, start_session};
+use calibench::measure::session::{FirstMotion, GaugeState, preflight, start_session};
 
 use crate::terminal::failure::Failure;
 use crate::terminal::failure::{hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::tell;
 use crate::terminal::streams::input;
-use crate::verbs::measure::cell::{first_motion, open_gauges, prepare};
+use crate::verbs::measure::cell::{open_gauges, prepare};
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
 #[derive(clap::Args)]
@@ -62,7 +62,7 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     let mut gauges = open_gauges(&cell)?;
     prepare(&cell, robot.as_mut())?;
     let joints = robot.joints().map_err(|e| hardware(&e))?;
-    let first = first_motion(&cell, &planned, &joints)?;
+    let first = FirstMotion::from(&cell, &planned, &joints).map_err(not_started)?;
     if let Some(words) = &first.words {
         tell(words);
     }

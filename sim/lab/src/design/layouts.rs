@@ -7,7 +7,7 @@ use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
 use super::artifact::{Artifact, Workshop};
 use super::judged::{Full, Judged};
 use super::place_information::{Sought, Workspace};
-use calibench_sim::planning::{layout, plan, pool, wanted};
+use calibench_sim::planning::{layout, plan, pool};
 
 /// Artifacts in the cell.
 pub struct Layouts<'a> {
@@ -65,7 +65,7 @@ impl Layouts<'_> {
         Some(Judged {
             name: name.into(),
             balls: self.workshop.balls(artifact),
-            probings: wanted(&plan.probing.poses),
+            probings: plan.wanted(),
             worst_um: predicted.worst().0,
             mean_um: predicted.mean(),
             mass_kg: self.workshop.mass_kg(artifact),

@@ -9,7 +9,7 @@ use calibench::effects::Owner;
 use calibench::identify::Model;
 use calibench::identify::fit::independent_parameters;
 use calibench::identify::problem::{Parameter, Prior, Problem, Use};
-use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::units::UM;
 use nalgebra::{DMatrix, DVector};
@@ -46,13 +46,13 @@ impl Sought {
     pub fn new(all: &Dataset, model: &Model) -> Result<Self, PlanError> {
         let mut certain = Dataset { tool_sigma: 0.0, ..all.clone() };
         certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
-        let problem = Problem::new(&[("places", &certain)], &shown(model, &certain), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("places", &certain)], &shown(model, &certain), Use::Fit)?;
         let mut names: Vec<String> =
             independent_parameters(&problem)?.into_iter().map(|p| problem.parameters()[p].name.clone()).collect();
         let flat = names.len();
         let mut one = all.clone();
         one.samples.truncate(1);
-        let problem = Problem::new(&[("places", &one)], &shown(model, &one), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("places", &one)], &shown(model, &one), Use::Fit)?;
         let mut prior = vec![0.0; flat];
         for p in problem.parameters().iter().filter(|p| matches!(p.knowledge, Prior::Certified(_)) && !is_of_a_ball(p)) {
             names.push(p.name.clone());
@@ -81,7 +81,7 @@ impl Sought {
     /// # Errors
     /// If model and cell do not match.
     pub fn information(&self, cell: &Dataset, model: &Model) -> Result<Option<DMatrix<f64>>, PlanError> {
-        let problem = Problem::new(&[("plan", cell)], &shown(model, cell), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("plan", cell)], &shown(model, cell), Use::Fit)?;
         let Some(mut all) = positions(&problem, &self.names) else { return Ok(None) };
         let of_balls: Vec<usize> =
             (0..problem.parameters().len()).filter(|&p| is_of_a_ball(&problem.parameters()[p])).collect();
@@ -127,7 +127,7 @@ impl PlaceInformation {
     /// # Errors
     /// If model and cell do not match.
     pub fn new(cell: &Dataset, model: &Model, sought: &Sought) -> Result<Option<Self>, PlanError> {
-        let problem = Problem::new(&[("place", cell)], &shown(model, cell), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("place", cell)], &shown(model, cell), Use::Fit)?;
         let Some(mut all) = positions(&problem, &sought.names) else { return Ok(None) };
         let plain = problem.plain_jacobian(&problem.start(), &all[..sought.flat]).transpose().as_slice().to_vec();
         let of_ball: Vec<usize> = (0..problem.parameters().len()).filter(|&p| is_of_a_ball(&problem.parameters()[p])).collect();
@@ -209,7 +209,7 @@ impl Workspace {
         let at = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
         let samples = poses.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(at(q))));
         let there = Dataset { samples: samples.collect(), ..cell.clone() };
-        let problem = Problem::new(&[("workspace", &there)], &shown(model, &there), Use::Fit)?;
+        let problem = Problem::new(&[NamedDataset::new("workspace", &there)], &shown(model, &there), Use::Fit)?;
         // Parameters that only balls involve do not move the TCP elsewhere.
         let mut fields = DMatrix::zeros(sought.count(), 3 * poses.len());
         for (k, name) in sought.names.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Measured;
+use calibench::measure::dataset::{Measured, NamedDataset};
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -96,8 +96,8 @@ pub fn verify(
 /// Squared distance of the calibrated TCP from the true one at each validation pose, m².
 fn squared_errors(scenario: &Scenario, plans: &Plans, streams: Streams) -> Result<Vec<f64>, RunError> {
     let measured = measure_all(scenario, streams, plans, &mut ())?;
-    let calibration = identify(&[("trical", &measured.fit)], &scenario.model)?;
-    let prediction = calibration.predict(&[("validation", &measured.validation)], Use::Validation)?;
+    let calibration = identify(&[NamedDataset::new("trical", &measured.fit)], &scenario.model)?;
+    let prediction = calibration.predict(&[NamedDataset::new("validation", &measured.validation)], Use::Validation)?;
     let points = measured.validation.samples.iter().map(|s| match &s.measured {
         Measured::Point(point) => *point,
         _ => Vector3::zeros(),

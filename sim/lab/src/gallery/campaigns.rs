@@ -5,7 +5,7 @@ use std::sync::Arc;
 use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::campaign::CampaignObserver;
-use calibench::measure::dataset::{Dataset, Measured, Orientation, Sample, SampleSet, ToolTarget};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Orientation, Sample, SampleSet, ToolTarget};
 use calibench::robot::Robot;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::statics::Payload;
@@ -74,7 +74,7 @@ pub fn of_scenario(scenario: &Scenario, seed: u64, observer: &mut dyn CampaignOb
         .map(|(words, dataset, truth)| {
             let mut random = Streams { seed, trial: 0 }.stream(&words);
             // With other columns the same samples are measured again.
-            let datasets = measured_by(&[(NAME, &dataset)], truth, 1.0, &mut random)?;
+            let datasets = measured_by(&[NamedDataset::new(NAME, &dataset)], truth, 1.0, &mut random)?;
             Ok(Campaign {
                 words: format!("{}, {words}", scenario.robot().name),
                 datasets: datasets.into_iter().map(|d| (NAME.to_owned(), d)).collect(),

@@ -3,7 +3,7 @@
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::robot::kinematics::Posture;
 use calibench::robot::rotation_vector;
 use nalgebra::{DMatrix, Rotation3, Vector3};
@@ -27,17 +27,17 @@ struct Draw {
 /// # Errors
 /// If the datasets are of another robot.
 pub(crate) fn measured_by(
-    named: &[(&str, &Dataset)],
+    named: &[NamedDataset<'_>],
     truth: &Calibration,
     factor: f64,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Dataset>, IdentifyError> {
-    let mut datasets: Vec<Dataset> = named.iter().map(|(_, d)| (*d).clone()).collect();
+    let mut datasets: Vec<Dataset> = named.iter().map(|d| d.dataset.clone()).collect();
     let mut normal = || Vector3::from_fn(|_, _| random.sample::<f64, _>(StandardNormal) * factor);
     let draws: Vec<Draw> = fitted(&mut datasets).map(|_| Draw { position: normal(), turn: normal() }).collect();
     let balls = fitted(&mut datasets).any(|s| matches!(s.measured, Measured::Ball { .. }));
     for _ in 0..if balls { CENTRINGS } else { 1 } {
-        let now: Vec<(&str, &Dataset)> = named.iter().zip(&datasets).map(|((name, _), d)| (*name, d)).collect();
+        let now: Vec<NamedDataset<'_>> = named.iter().zip(&datasets).map(|(of, d)| NamedDataset::new(of.name, d)).collect();
         let corrections = corrections(truth, &now, &draws)?;
         for (sample, correction) in fitted(&mut datasets).zip(corrections) {
             correction.apply(sample);
@@ -48,10 +48,12 @@ pub(crate) fn measured_by(
 }
 
 /// Change of each sample for which its residual under `truth` is the noise sampled for it.
-fn corrections(truth: &Calibration, named: &[(&str, &Dataset)], draws: &[Draw]) -> Result<Vec<Correction>, IdentifyError> {
+fn corrections(truth: &Calibration, named: &[NamedDataset<'_>], draws: &[Draw]) -> Result<Vec<Correction>, IdentifyError> {
     let truly = truth.apply(named, Use::Fit)?;
-    let samples: Vec<(&Dataset, &Sample)> =
-        named.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (*d, s))).collect();
+    let samples: Vec<(&Dataset, &Sample)> = named
+        .iter()
+        .flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d.dataset, s)))
+        .collect();
     let mut corrections = Vec::with_capacity(samples.len());
     truly.problem.for_each_sample(&truly.values, &mut |posed| {
         let ((dataset, sample), draw) = (samples[posed.place], &draws[posed.place]);
@@ -84,7 +86,7 @@ impl Subject<'_> {
     /// Poses of the workspace, measured without noise on the robot `truth`, at the end of the first session; `None` if the data
     /// do not tell the base or the tool there.
     pub(super) fn workspace(&self, truth: &Calibration) -> Option<Dataset> {
-        let (name, first) = self.datasets.first()?;
+        let NamedDataset { name, dataset: first } = self.datasets.first()?;
         let fitted = || first.samples.iter().filter(|s| Use::Fit.takes(s));
         let session = &fitted().next()?.session;
         let last = fitted().rfind(|s| s.session == *session)?;
@@ -97,7 +99,7 @@ impl Subject<'_> {
         };
         let samples = self.poses.iter().enumerate().map(pose).collect();
         let mut there = Dataset { samples, ..(*first).clone() };
-        let truly = truth.predict(&[(name, &there)], Use::Validation).ok()?;
+        let truly = truth.predict(&[NamedDataset::new(name, &there)], Use::Validation).ok()?;
         if !truly.refitted.is_empty() || !truly.from_fit_rows.is_empty() {
             return None;
         }
@@ -205,7 +207,7 @@ mod tests {
     #[test]
     fn whatever_was_measured_the_residual_under_the_injected_robot_is_the_noise_that_was_drawn() {
         let data = nominal();
-        let named = [("data", &data)];
+        let named = [NamedDataset::new("data", &data)];
         let model = Model::of(&["base_frame", "mdh"]);
         let noise = InjectedNoise::of(&named, &model, NoiseChoice::Instrument).unwrap();
         let subject = Subject::new(&named, &model, noise, 1).unwrap();
@@ -217,7 +219,7 @@ mod tests {
             let mut drawn = drawn;
             let mut normal = || Vector3::from_fn(|_, _| drawn.sample::<f64, _>(StandardNormal) * subject.noise.factor);
             let draws: Vec<[Vector3<f64>; 2]> = measured[0].samples.iter().map(|_| [normal(), normal()]).collect();
-            let truly = truth.apply(&[("data", &measured[0])], Use::Fit).unwrap();
+            let truly = truth.apply(&[NamedDataset::new("data", &measured[0])], Use::Fit).unwrap();
             truly.problem.for_each_sample(&truly.values, &mut |posed| {
                 let [position, turn] = draws[posed.place];
                 let whitened = posed.whitener * posed.residual;

@@ -81,7 +81,7 @@ impl Injections {
         let [found, named, within_2_sigma] = shares(&effects.iter().collect::<Vec<_>>());
         let needs = |u: &Untestable| Needs { effect: u.effect.clone(), needs: u.needs };
         Injections {
-            datasets: subject.datasets.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            datasets: subject.datasets.iter().map(|d| d.name.to_owned()).collect(),
             model: subject.model.effects.clone(),
             samples: subject.baseline.samples,
             noise: subject.noise.clone(),

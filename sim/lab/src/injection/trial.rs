@@ -5,7 +5,7 @@ use calibench::effects::ParameterSpec;
 use calibench::identify::calibration::{Calibration, Estimate, IdentifyError};
 use calibench::identify::problem::{Parameter, Problem, Use};
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::residuals::Validation;
 use calibench::units::{MM, Unit};
 use calibench_sim::effect_names::{family_of, same};
@@ -66,7 +66,8 @@ impl Subject<'_> {
     pub(super) fn trial(&self, effect: Option<&str>, random: &mut ChaCha8Rng) -> Result<Injected, IdentifyError> {
         let (truth, injected) = self.truth(effect, random)?;
         let measured = self.measured(&truth, random)?;
-        let data: Vec<(&str, &Dataset)> = self.datasets.iter().zip(&measured).map(|((name, _), d)| (*name, d)).collect();
+        let data: Vec<NamedDataset<'_>> =
+            self.datasets.iter().zip(&measured).map(|(of, d)| NamedDataset::new(of.name, d)).collect();
         let examination = Examination::new(&data, &self.model)?;
         let diagnosis = diagnose_examined(&data, &examination)?;
         let first = named_first(&diagnosis);
@@ -156,8 +157,9 @@ impl Subject<'_> {
     /// Mean position error over the workspace, mm.
     fn error_mm(&self, calibration: &Calibration, there: &Dataset) -> Option<f64> {
         let anew = self.anew.then(|| calibration.set_up_anew());
-        let name = self.datasets[0].0;
-        let prediction = anew.as_ref().unwrap_or(calibration).predict(&[(name, there)], Use::Validation).ok()?;
+        let name = self.datasets[0].name;
+        let prediction =
+            anew.as_ref().unwrap_or(calibration).predict(&[NamedDataset::new(name, there)], Use::Validation).ok()?;
         Validation::of(&prediction).map(|v| v.mean / MM)
     }
 }

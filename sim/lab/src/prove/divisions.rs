@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use calibench::measure::poses::Postures;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -97,14 +97,14 @@ pub fn by_places<'a>(robot: &'a str, dataset: &'a Dataset) -> Vec<Case<'a>> {
 }
 
 /// Each campaign predicted by the robot of the others, its base and tool found from fifty of its poses.
-pub fn by_campaigns<'a>(datasets: &[(&'a str, &'a Dataset)], seed: u64) -> Vec<Case<'a>> {
+pub fn by_campaigns<'a>(datasets: &[NamedDataset<'a>], seed: u64) -> Vec<Case<'a>> {
     if datasets.len() < 2 {
         return Vec::new();
     }
     let case = |k: usize| {
         let others = || datasets.iter().enumerate().filter(move |(i, _)| *i != k).map(|(_, d)| *d);
-        let trained: Vec<&str> = others().map(|(name, _)| name).collect();
-        let (robot, left_out) = datasets[k];
+        let trained: Vec<&str> = others().map(|d| d.name).collect();
+        let NamedDataset { name: robot, dataset: left_out } = datasets[k];
         let mut judged = left_out.clone();
         for (sample, p) in judged.samples.iter_mut().zip(shuffled(left_out, seed)) {
             sample.set = if p < FRAME_POSES { SampleSet::Fit } else { SampleSet::Validation };
@@ -113,7 +113,7 @@ pub fn by_campaigns<'a>(datasets: &[(&'a str, &'a Dataset)], seed: u64) -> Vec<C
             robot,
             fold: format!("robot of {}", trained.join(" and ")),
             division: Division::Campaigns,
-            fitted: others().map(|(name, d)| (name, Cow::Borrowed(d))).collect(),
+            fitted: others().map(|NamedDataset { name, dataset: d }| (name, Cow::Borrowed(d))).collect(),
             judged,
             anew: true,
         }

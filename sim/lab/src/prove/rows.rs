@@ -2,7 +2,7 @@
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
 use calibench::measure::poses::Postures;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
@@ -58,7 +58,7 @@ impl Case<'_> {
 
 fn part_rows(
     calibration: &Calibration,
-    datasets: &[(&str, &Dataset)],
+    datasets: &[NamedDataset<'_>],
     part: Part,
     before: usize,
 ) -> Result<Vec<Row>, IdentifyError> {
@@ -70,7 +70,8 @@ fn part_rows(
         errors.push(Vector3::new(base.x.dot(&posed.residual), base.y.dot(&posed.residual), base.z.dot(&posed.residual)));
     });
     let postures = Postures::of(datasets, |s| which.takes(s));
-    let samples = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s)).map(move |s| (*d, s)));
+    let samples =
+        datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s)).map(move |s| (d.dataset, s)));
     let free_ball = |dataset: &Dataset, measured: &Measured| match measured {
         Measured::Ball { ball, .. } => dataset.balls.get(*ball).filter(|b| b.free).map(|b| b.id.clone()),
         Measured::Point(_) | Measured::Distance { .. } => None,

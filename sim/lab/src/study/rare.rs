@@ -5,6 +5,7 @@
 
 use calibench::files::with_reasons;
 use calibench::identify::problem::Use;
+use calibench::measure::dataset::NamedDataset;
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Methods, trial};
@@ -62,7 +63,7 @@ fn errors(
     let streams = Streams { seed: scenario.seed, trial: number };
     let done = trial(&scenario, plans, streams, method).map_err(|e| with_reasons(&e))?;
     let (method, _) = done.methods.into_iter().next().ok_or("no method")?.map_err(|e| with_reasons(&e))?;
-    let prediction = method.calibration.predict(&[("validation", &done.validation)], Use::Validation);
+    let prediction = method.calibration.predict(&[NamedDataset::new("validation", &done.validation)], Use::Validation);
     let residuals = prediction.map_err(|e| with_reasons(&e))?.residuals;
     Ok(DVector::from_iterator(3 * residuals.len(), residuals.iter().flat_map(|r| r.iter().copied())))
 }

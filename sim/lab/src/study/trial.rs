@@ -3,6 +3,7 @@
 use calibench::diagnosis::diagnose;
 use calibench::identify::calibration::IdentifyError;
 use calibench::measure::campaign::CampaignRecord;
+use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::Validation;
 use calibench::units::MM;
 
@@ -62,7 +63,7 @@ fn numbers(campaign: &CampaignRecord, method: &Method, before: &Validation, find
 }
 
 fn finding(method: &Method) -> Result<Finding, IdentifyError> {
-    let diagnosis = diagnose(&[(method.name, &method.dataset)], &method.calibration.model)?;
+    let diagnosis = diagnose(&[NamedDataset::new(method.name, &method.dataset)], &method.calibration.model)?;
     let effect = diagnosis.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
     Ok(Finding { verdict: diagnosis.verdict.name(), effect })
 }

@@ -4,7 +4,7 @@ use calibench::diagnosis::Diagnosis;
 use calibench::effects::catalogue::{set_aside_by, setting_aside};
 use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::NamedDataset;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
 use calibench::units::MM;
@@ -31,7 +31,7 @@ pub(super) struct Advised {
 ///
 /// `with_claimed` is the fit with the effect claimed by the diagnosis; the expected error is predicted at `poses` (rad).
 pub(super) fn advised(
-    data: &[(&str, &Dataset)],
+    data: &[NamedDataset<'_>],
     model: &Model,
     with_claimed: Option<Calibration>,
     poses: &[Vec<f64>],
@@ -40,7 +40,7 @@ pub(super) fn advised(
     match advice {
         Advice::Diagnosis => Some(Advised { calibration: with_claimed?, expected_mm: None }),
         Advice::Ladder => {
-            let climbed = ladder(data, model, HoldOut { poses, checks: &[] }).ok()?;
+            let climbed = ladder(data, model, HoldOut { poses, checks: &[], worker: None }).ok()?;
             let ladder_step = climbed.recommended();
             let expected = ladder_step.workspace.as_ref().map(|w| [w.mean.expected, w.mean.low, w.mean.high].map(|v| v / MM));
             Some(Advised { calibration: ladder_step.calibration.clone(), expected_mm: expected })

@@ -6,7 +6,7 @@ use calibench::diagnosis::{Examination, Verdict, diagnose_examined};
 use calibench::effects::{self, Subject};
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
-use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use calibench::planning::designer::{Criterion, Designer};
 use calibench::planning::forecast::Rival;
 use calibench::planning::pool::Pool;
@@ -77,7 +77,7 @@ pub fn designs(scenario: &Scenario, seed: u64, trials: usize, done: &(dyn Fn() +
     scenario.tracker.validation_poses = 200;
     let plans = Plans::new(&scenario, seed).map_err(RunError::Plan)?;
     let data = measure_all(&scenario, Streams { seed, trial: u64::MAX }, &plans, &mut ())?.fit;
-    let examination = Examination::new(&[("fit", &data)], &scenario.model)?;
+    let examination = Examination::new(&[NamedDataset::new("fit", &data)], &scenario.model)?;
     let known: Vec<String> = examination.library().candidates.iter().map(|c| c.id.clone()).collect();
     let ids: Vec<String> = Library::of_robot(&scenario.dataset(), &scenario.model)
         .candidates
@@ -128,7 +128,7 @@ fn followed(scenario: &Scenario, plans: &Plans, plain: &Plain, streams: Streams)
     let Ok(effect) = effects::build(id, &Subject::new(&cell.robot, &balls)) else { return Ok(None) };
     let priors: Vec<f64> = effect.parameters().iter().map(|p| p.prior).collect();
     let drawn: Vec<f64> = priors.iter().map(|p| p * random.sample::<f64, _>(StandardNormal)).collect();
-    let visible = plain.examination.visible_rms(&[("fit", &plain.data)], &[(id.clone(), drawn.clone())])?;
+    let visible = plain.examination.visible_rms(&[NamedDataset::new("fit", &plain.data)], &[(id.clone(), drawn.clone())])?;
     let wanted = random.random_range(VISIBLE);
     let scale = wanted / visible.first().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
     if drawn.iter().zip(&priors).any(|(d, p)| (scale * d / p).abs() > LARGEST) {
@@ -145,7 +145,7 @@ fn followed(scenario: &Scenario, plans: &Plans, plain: &Plain, streams: Streams)
     let (first, probings) = split(&measured.fit, &mut random);
     let points = measured.validation.samples.iter().map(|s| Sample { set: SampleSet::Fit, ..s.clone() });
     let everywhere: Vec<Sample> = probings.iter().cloned().chain(points).collect();
-    let data = [("fit", &first)];
+    let data = [NamedDataset::new("fit", &first)];
     let examination = Examination::new(&data, &scenario.model)?;
     let diagnosis = diagnose_examined(&data, &examination)?;
     let now = judge(&first, &scenario.model, id)?;
@@ -198,7 +198,7 @@ fn split(data: &Dataset, random: &mut ChaCha8Rng) -> (Dataset, Vec<Sample>) {
 }
 
 fn judge(data: &Dataset, model: &Model, truth: &str) -> Result<Judged, IdentifyError> {
-    let data = [("fit", data)];
+    let data = [NamedDataset::new("fit", data)];
     let diagnosis = diagnose_examined(&data, &Examination::new(&data, model)?)?;
     let found = diagnosis.findings.iter().find(|f| f.hypothesis.effect == truth);
     Ok(Judged {

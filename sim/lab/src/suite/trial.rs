@@ -5,7 +5,7 @@ use calibench::files::FileError;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, Measured};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
 use calibench::units::MM;
@@ -89,7 +89,7 @@ impl<'a> Trial<'a> {
 
     /// Diagnoses, and compares the answer with the hidden effects.
     fn judged(&self, mut hidden: Hidden) -> Result<Outcome, IdentifyError> {
-        let data = [("fit", self.fit)];
+        let data = [NamedDataset::new("fit", self.fit)];
         let examination = Examination::new(&data, self.model)?;
         let diagnosis = diagnose_examined(&data, &examination)?;
         let predicted = WorkspaceError::predict(&data, &examination, &self.poses)?;
@@ -123,7 +123,7 @@ impl<'a> Trial<'a> {
 
     /// Fits the claimed effects and the advised model.
     fn followed(&self, diagnosis: &Diagnosis) -> Result<Followed, IdentifyError> {
-        let data = [("fit", self.fit)];
+        let data = [NamedDataset::new("fit", self.fit)];
         let first = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict)).map(|f| f.hypothesis.in_model.clone());
         let bad = suspects(diagnosis);
         let claimed: Vec<String> = if bad.is_empty() { first.into_iter().collect() } else { bad };
@@ -137,7 +137,7 @@ impl<'a> Trial<'a> {
 
     /// Mean position error over the workspace, mm.
     fn error_mm(&self, calibration: &Calibration) -> Result<f64, IdentifyError> {
-        let prediction = calibration.predict(&[("truth", &self.truth)], Use::Validation)?;
+        let prediction = calibration.predict(&[NamedDataset::new("truth", &self.truth)], Use::Validation)?;
         Ok(Validation::of(&prediction).map_or(f64::NAN, |v| v.mean / MM))
     }
 
@@ -148,7 +148,7 @@ impl<'a> Trial<'a> {
             return None;
         }
         let model = hidden.effects.iter().fold(self.model.clone(), |m, (id, _)| m.with(id));
-        let calibration = identify(&[("fit", self.fit)], &model).ok()?;
+        let calibration = identify(&[NamedDataset::new("fit", self.fit)], &model).ok()?;
         self.error_mm(&calibration).ok()
     }
 }

@@ -13,8 +13,9 @@ use calibench::units::{MM, UM};
 use calibench_mujoco::{Machine, MujocoFlaws, MujocoPlant, Scenery, Thing};
 use calibench_sim::contact::{DATUM_RADIUS, FREE_READING, MASTER_READING};
 use calibench_sim::gauge::Gauge;
+use calibench_sim::mechanics::{BallForm, Parts, Stand};
 use calibench_sim::plans::Plans;
-use calibench_sim::plant::{BallForm, Parts, Stand, plant};
+use calibench_sim::plant::plant;
 use calibench_sim::plunger::{PlungerSpec, PresentedBall};
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Measurements, measure_all};
@@ -138,11 +139,12 @@ fn plunger_readings() {
 }
 
 fn table8() -> Scenario {
-    load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/table8.toml")).unwrap()
+    let mut scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/table8.toml")).unwrap();
+    scenario.mujoco = Some(calibench_mujoco::make_plant);
+    scenario
 }
 
 fn measured(scenario: &Scenario, kind: PlantKind, plans: &Plans) -> Measurements {
-    calibench_mujoco::provide();
     let scenario = scenario.with_plant(kind);
     measure_all(&scenario, STREAMS, plans, &mut ()).unwrap()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use calibench::units::{DEG, URAD};
 use calibench_mujoco::{Engine, MujocoPlant, Thing, machine};
 use calibench_sim::gauge::Gauge;
-use calibench_sim::plant::{BallForm, Parts, Plant, Stand};
+use calibench_sim::mechanics::{BallForm, Parts, Plant, Stand};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening, load_scenario};
 

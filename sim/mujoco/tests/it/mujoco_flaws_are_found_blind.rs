@@ -11,7 +11,7 @@ use calibench::diagnosis::{Verdict, diagnose};
 use calibench::identify::calibration::Calibration;
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::residuals::Validation;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
@@ -92,7 +92,7 @@ fn measured(scenario: &Scenario, plans: &Plans, flaw: MujocoToml, seed: u64) -> 
 
 /// Mean position error on the validation poses, mm.
 fn error(calibration: &Calibration, validation: &Dataset) -> f64 {
-    let prediction = calibration.predict(&[("validation", validation)], Use::Validation).unwrap();
+    let prediction = calibration.predict(&[NamedDataset::new("validation", validation)], Use::Validation).unwrap();
     Validation::of(&prediction).unwrap().mean / MM
 }
 
@@ -113,12 +113,12 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
     let model = &scenario.model;
     let (truth, name) = (flaw.truth)(size, seed);
     let Measurements { fit, validation, .. } = measured(scenario, plans, truth, seed);
-    let data = [("fit", &fit)];
+    let data = [NamedDataset::new("fit", &fit)];
     let found = diagnose(&data, model).unwrap();
     let visible = (found.chi2_per_dof - 1.0).max(0.0).sqrt();
     let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
     let after = (visible >= VISIBLE).then(|| {
-        let climbed = ladder(&data, model, HoldOut { poses: &poses, checks: &[] }).unwrap();
+        let climbed = ladder(&data, model, HoldOut { poses: &poses, checks: &[], worker: None }).unwrap();
         let after = error(&climbed.recommended().calibration, &validation);
         [after, after / floor]
     });
@@ -136,13 +136,14 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
 /// Error of a robot without any flaw, measured and calibrated in the same way.
 fn floor(scenario: &Scenario, plans: &Plans, seed: u64) -> f64 {
     let plain = measured(scenario, plans, MujocoToml::default(), seed);
-    error(&identify(&[("fit", &plain.fit)], &scenario.model).unwrap(), &plain.validation)
+    error(&identify(&[NamedDataset::new("fit", &plain.fit)], &scenario.model).unwrap(), &plain.validation)
 }
 
 /// Judges robots with one flaw at each of `sizes`, one a seed; prints a row a size.
 fn judge(flaw: &Flaw, sizes: &[f64], seeds: RangeInclusive<u64>, enough: f64) {
-    calibench_mujoco::provide();
-    let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/mujoco-pedestal.toml")).unwrap();
+    let mut scenario =
+        load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/mujoco-pedestal.toml")).unwrap();
+    scenario.mujoco = Some(calibench_mujoco::make_plant);
     let plans = Plans::new(&scenario, 1).unwrap();
     let floors: Vec<(u64, f64)> = seeds.into_par_iter().map(|seed| (seed, floor(&scenario, &plans, seed))).collect();
     let robots = floors.len();

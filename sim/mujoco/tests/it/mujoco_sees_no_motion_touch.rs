@@ -8,7 +8,7 @@ use calibench::measure::poses::PlannedPose;
 use calibench::robot::Pose;
 use calibench::robot::solids::{Shape, Solid};
 use calibench_mujoco::mujoco;
-use calibench_sim::scenario::{Scenario, ball_body, load_scenario};
+use calibench_sim::scenario::{Scenario, load_scenario};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
@@ -117,7 +117,7 @@ fn it_sees(name: &str, seed: u64, at_least: usize) {
     let ids = scenario.ball_ids();
     let ball_of = |leg: &[Vec<f64>; 2]| {
         let on_it = poses.iter().find(|p| leg.contains(&p.contact));
-        on_it.map_or(String::new(), |p| ball_body(&ids[p.ball]))
+        on_it.map_or(String::new(), |p| Solid::ball_name(&ids[p.ball]))
     };
     let balls: Vec<String> = legs.iter().map(ball_of).collect();
     assert!(balls.iter().filter(|b| !b.is_empty()).count() >= 2 * poses.len());

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use calibench_sim::scenario::PlantKind;
+use calibench_sim::scenario::{PlantKind, load_scenario};
 
 use crate::true_arm::holds_the_ball;
 
 #[test]
 fn on_mujoco() {
-    calibench_mujoco::provide();
-    holds_the_ball(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios"), PlantKind::Mujoco);
+    let table8 = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/table8.toml");
+    let mut scenario = load_scenario(&table8).unwrap().with_plant(PlantKind::Mujoco);
+    scenario.mujoco = Some(calibench_mujoco::make_plant);
+    holds_the_ball(&scenario);
 }

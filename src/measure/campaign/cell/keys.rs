@@ -23,9 +23,12 @@ pub(super) struct CellToml<R> {
     /// A `dataset.toml`, relative to this file: robot model, base, tool, payloads, balls and noise. The measured dataset
     /// inherits them.
     pub dataset: PathBuf,
-    /// A scenario of the same cell, relative to this file: `plan` takes the bodies from it, and the first motion its ways
-    /// when the arm is on none of its plan.
+    /// A scenario of the same cell, relative to this file: the settings of `plan`, and the bodies around the arm where
+    /// `surroundings` is not given.
     pub scenario: Option<PathBuf>,
+    /// The bodies around the arm, in addition to the balls of the dataset: `plan` keeps clear of them, and so does the
+    /// first motion of `measure` where the arm is on no motion of its plan.
+    pub surroundings: Option<SurroundingsToml>,
     /// The controller.
     pub robot: R,
     /// The indicators of the gauge: three, one for each axis of the tool.
@@ -43,6 +46,16 @@ pub(super) struct CellToml<R> {
     /// Limits that the mastering of the indicators accepts.
     #[serde(default)]
     pub mastering: MasteringToml,
+}
+
+/// The bodies around the arm.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(super) struct SurroundingsToml {
+    /// A `scene.toml`, relative to this file: table, artifact and other bodies fixed in the cell, and those on the flange.
+    /// The balls are those of the dataset.
+    pub scene: PathBuf,
 }
 
 /// First pass: the kind of robot, which determines how the rest is read.

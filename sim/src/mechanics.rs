@@ -1,14 +1,15 @@
-//! Inputs and results of a plant.
+//! The mechanics of a cell, whatever plays them: the parts they are built of, their inputs and results.
 
-use calibench::robot::Pose;
+use calibench::measure::dataset::Dataset;
 use calibench::robot::statics::Payload;
+use calibench::robot::{FramePose, Pose, Robot};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::contact::Touch;
-use crate::plunger::PresentedBall;
-use crate::random::noisy_point;
+use crate::plunger::{Mechanism, PresentedBall};
+use crate::random::{Streams, noisy_point};
 
 /// Reasons why a plant cannot be built, or fails.
 #[derive(Debug, Error, Clone, PartialEq)]
@@ -38,6 +39,26 @@ pub enum PlantError {
         detail: String,
     },
 }
+
+/// Parts from which the mechanics of a cell are built: its owner's knowledge, and the ground truth.
+#[derive(Debug, Clone)]
+pub struct Parts {
+    /// The cell as known to its owner.
+    pub nominal: Dataset,
+    /// The robot with its true masses; its geometry is nominal, deviations come from the truth's effects.
+    pub robot: Robot,
+    /// True TCP in the last frame.
+    pub tool: FramePose,
+    /// True load on the flange.
+    pub payload: Payload,
+    /// True undisturbed positions and true sizes of the balls.
+    pub balls: Vec<PresentedBall>,
+    /// Moving parts of the three indicators.
+    pub gauge: [Mechanism; 3],
+}
+
+/// Builds the plant of a cell described by a `C`, with errors sampled from the streams of a trial.
+pub type MakePlant<C> = fn(&C, &Streams, &Parts) -> Result<Box<dyn Plant>, PlantError>;
 
 /// State of the cell in which its mechanics are to come to rest.
 #[derive(Debug, Clone, Copy)]
