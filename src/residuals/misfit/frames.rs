@@ -1,7 +1,7 @@
 //! Robust fit of bases, free tools and free balls to the nominal arm, in spite of a few gross rows.
 //!
 //! Start in closed form (Kabsch), Student-t weights (nu 4) by Levenberg-Marquardt, then least squares without the rows
-//! set aside.
+//! excluded.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Translation3, Vector3};
 

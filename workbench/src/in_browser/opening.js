@@ -10,7 +10,7 @@ import { dropped, inTheirFolder, objection } from "./files.js";
 import { tellOpened, toldGuess } from "./understood.js";
 
 /**
- * What was chosen; what was refused, to be opened all the same; and whether what was hidden is told.
+ * What was chosen; what was refused, to be opened anyway; and whether what was hidden is told.
  * @type {{
  *   files: NamedFile[],
  *   hidden: { effect: string, words: string }[],
@@ -65,7 +65,7 @@ async function opens(what, body, files, errorAt) {
     document.body.dataset.verdict_ms = String(Math.round(performance.now() - began));
   } catch (error) {
     refuse(/** @type {Mistake} */ (error), errorAt);
-    // What was refused is what is opened all the same, whatever is chosen meanwhile.
+    // What was refused is what is opened anyway, whatever is chosen meanwhile.
     opening.refused = { body, files };
   } finally {
     still();
