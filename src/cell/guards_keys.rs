@@ -44,9 +44,10 @@ impl GuardsKeys {
     pub(crate) fn guards(
         &self,
         reading: &CellReading<'_>,
-        arm: (&Arc<Robot>, FramePose, FramePose),
+        robot: &Arc<Robot>,
+        base: FramePose,
+        tool: FramePose,
     ) -> Result<Guards, FileError> {
-        let (robot, base, tool) = arm;
         let max_step = reading.positive("guards.max_step_mm", self.max_step_mm)? * MM;
         // The factor allows for rounding.
         if max_step > LONGEST_STEP * (1.0 + 1e-12) {

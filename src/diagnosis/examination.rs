@@ -114,13 +114,13 @@ impl Examination {
     /// When a matrix cannot be factored.
     pub(crate) fn with_library(self, datasets: &[NamedDataset<'_>]) -> Result<Self, IdentifyError> {
         let Examination { model, problem, fit, yardstick, .. } = self;
-        Examination::of(datasets, &model, (problem, fit), Library::new(datasets, &model), yardstick)
+        Examination::of(datasets, &model, problem, fit, Library::new(datasets, &model), yardstick)
     }
 
     /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[NamedDataset<'_>], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, (problem, fit), Library::new(datasets, model), yardstick)
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
     }
 
     /// As [`Examination::new`], with these candidates in place of the library.
@@ -136,7 +136,7 @@ impl Examination {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, (problem, fit), Library { candidates, ..Library::default() }, yardstick)
+        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, yardstick)
     }
 
     /// Examines planned poses, given as samples at their nominal positions. Joint compliances are set to their
@@ -155,7 +155,7 @@ impl Examination {
         }
         problem.update_loads(&fit.values);
         let yardstick = Yardstick::as_stated(problem.noise_stated());
-        Examination::of(&datasets, model, (problem, fit), Library::new(&datasets, model), yardstick)
+        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
     }
 
     /// As this examination, with the same fit but other candidates.
@@ -163,17 +163,18 @@ impl Examination {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
-        Examination::of(datasets, &self.model, (problem, self.fit.clone()), library, self.yardstick.clone())
+        Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
     }
 
     fn of(
         datasets: &[NamedDataset<'_>],
         model: &Model,
-        (problem, fit): (Problem, Fit),
+        problem: Problem,
+        fit: Fit,
         library: Library,
         yardstick: Yardstick,
     ) -> Result<Self, IdentifyError> {
-        let wide = Wide::of(datasets, model, (&problem, &fit), &library)?;
+        let wide = Wide::of(datasets, model, &problem, &fit, &library)?;
         let weight = yardstick.weight();
         let mut rows = wide.rows() * weight;
         let Wide { problem: wide, values, fitted, columns, spans } = wide;
@@ -339,7 +340,8 @@ impl Examination {
     pub fn imitators(
         &self,
         datasets: &[NamedDataset<'_>],
-        (id, sizes): (&str, &[f64]),
+        id: &str,
+        sizes: &[f64],
         more: &[String],
     ) -> Result<Vec<(String, f64)>, IdentifyError> {
         let known = |id: &&String| self.library.place(id).is_none();

@@ -21,7 +21,7 @@ use crate::effects::family::Scan;
 use crate::identify::fit::FitError;
 
 pub use hypothesis::{Hypothesis, Moment, Place};
-use trial::{Trial, Tried, plausible};
+use trial::{Trial, Tried, TriedPlace, plausible};
 
 /// Integer orders tested on every joint; once and twice per turn are separate effects.
 const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
@@ -92,7 +92,12 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
     let features = waves(&examination.circumstances.iter().map(|at| at.q[j]).collect::<Vec<f64>>(), &orders);
     let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Owned(features));
     let trial = |(b, &k): (usize, &u32)| {
-        Trial::new(examination, background, (Place::Order(k), id(k)), &sweep.block(2 * b, 2, plausible))
+        Trial::new(
+            examination,
+            background,
+            TriedPlace { place: Place::Order(k), in_model: id(k) },
+            &sweep.block(2 * b, 2, plausible),
+        )
     };
     Tried::of(orders.par_iter().enumerate().map(trial).collect()).hypothesis(examination, str::to_owned)
 }
@@ -125,7 +130,7 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
     let trial = |(i, id): (usize, &String)| {
         let in_model = effects::catalogue::setting_aside(id);
         let is_new = !examination.model.effects.contains(&in_model);
-        let place = (Place::Sample(id.clone()), in_model);
+        let place = TriedPlace { place: Place::Sample(id.clone()), in_model };
         is_new.then(|| Trial::new(examination, background, place, &sweep.of_sample(i, plausible)))
     };
     let trials: Vec<Option<Trial>> = ids.par_iter().enumerate().map(trial).collect();

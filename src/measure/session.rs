@@ -10,7 +10,7 @@ use crate::cell::gauge::{CellGauge, PresetManner};
 use crate::measure::campaign::cell::Cell;
 use crate::measure::campaign::journal::JournalSession;
 use crate::measure::campaign::mastering::{Attendant, master, still_mastered};
-use crate::measure::poses::ways::{ArmAt, HomeWays, Way, WayFinder, WayRequest, Whereabouts, whereabouts};
+use crate::measure::poses::ways::{ArmAt, HomeWays, MasteringPlace, WayFinder, WayRequest, Whereabouts, whereabouts};
 use crate::measure::poses::{PlannedPose, ProbingPlan};
 use crate::units::{DEG, MM};
 
@@ -64,8 +64,8 @@ pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
             before = Some(pose);
         }
     }
-    if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
-        let to = [std::slice::from_ref(&ways.home), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+    if let Some((ways, place)) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let to = [std::slice::from_ref(&ways.home), place.way.via.as_slice(), std::slice::from_ref(&place.q)].concat();
         all.push(("the way to the mastering".to_owned(), to));
     }
     all
@@ -89,8 +89,8 @@ impl FirstMotion {
     /// If no clear path is known from there.
     pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<Self, StartError> {
         let model = &cell.dataset;
-        let arm = (&*model.robot, &model.base, &model.tool);
-        match (whereabouts(&plan.poses, plan.ways.as_ref(), arm, q), &plan.ways) {
+        let here = whereabouts(&plan.poses, plan.ways.as_ref(), &model.robot, &model.base, &model.tool, q);
+        match (here, &plan.ways) {
             (Whereabouts::AtBall(k), _) => {
                 let pose = &plan.poses[k];
                 let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
@@ -100,7 +100,7 @@ impl FirstMotion {
             }
             (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None, is_off_a_ball: false }),
             (Whereabouts::AtMastering, Some(ways)) => Ok(FirstMotion {
-                way: ways.mastering.iter().flat_map(|(_, way)| way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
+                way: ways.mastering.iter().flat_map(|place| place.way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
                 station: ArmAt::Home,
                 words: None,
                 is_off_a_ball: false,
@@ -150,6 +150,14 @@ pub struct GaugeState<'a> {
     pub moved: bool,
 }
 
+/// The devices of a cell that a session uses.
+pub struct Devices<'a, M> {
+    /// The robot.
+    pub robot: &'a mut M,
+    /// The indicators of the tool's x, y and z axis.
+    pub gauges: &'a mut [CellGauge; 3],
+}
+
 /// Makes the first motion and ensures that the gauge is mastered: off a ball first, since a gauge is checked and preset by
 /// readings without contact. If no questions are asked, the master ball lies in the socket from the start, and the gauge is
 /// mastered before the arm moves.
@@ -157,32 +165,39 @@ pub struct GaugeState<'a> {
 /// # Errors
 /// Those of [`FirstMotion::make`]; if an indicator fails, or if the gauge must be mastered and may touch a ball.
 pub fn start_session<M: Manipulator>(
-    of: (&Cell, &ProbingPlan),
+    cell: &Cell,
+    plan: &ProbingPlan,
     first: FirstMotion,
     before: &GaugeState<'_>,
     attendant: &mut impl Attendant,
-    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
+    devices: Devices<'_, M>,
 ) -> Result<(JournalSession, ArmAt), StartError> {
     if attendant.asks_nobody() && before.session.is_none() && !first.is_off_a_ball {
-        let (session, _) = ensure_mastered(of, before, attendant, (&mut *robot, gauges), (ArmAt::Unknown, true))?;
+        let Devices { robot, gauges } = devices;
+        let (session, _) = ensure_mastered(cell, plan, before, attendant, Devices { robot: &mut *robot, gauges }, None)?;
         return Ok((session, first.make(robot)?));
     }
-    let stands = first.make(robot)?;
-    ensure_mastered(of, before, attendant, (robot, gauges), (stands, false))
+    let stands = first.make(devices.robot)?;
+    ensure_mastered(cell, plan, before, attendant, devices, Some(stands))
 }
 
 /// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered again at the plan's mastering
-/// posture, or in place with the master ball in its socket (`here`). Returns the posture in which the arm then is.
+/// posture, or in place with the master ball in its socket if nothing has moved yet (`stands` is `None`). Returns the posture in
+/// which the arm then is.
 ///
 /// # Errors
 /// If an indicator fails, or if the gauge must be mastered and may touch a ball.
 fn ensure_mastered<M: Manipulator>(
-    (cell, plan): (&Cell, &ProbingPlan),
+    cell: &Cell,
+    plan: &ProbingPlan,
     before: &GaugeState<'_>,
     attendant: &mut impl Attendant,
-    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
-    (stands, here): (ArmAt, bool),
+    devices: Devices<'_, M>,
+    stands: Option<ArmAt>,
 ) -> Result<(JournalSession, ArmAt), StartError> {
+    let Devices { robot, gauges } = devices;
+    let here = stands.is_none();
+    let stands = stands.unwrap_or(ArmAt::Unknown);
     let known = before.session.map(|session| &session.mastering);
     let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
     let now = robot.clock_s();
@@ -198,13 +213,13 @@ fn ensure_mastered<M: Manipulator>(
         _ => {
             let there = plan.ways.as_ref().filter(|_| !here).and_then(|ways| Some((ways, ways.mastering.as_ref()?)));
             match there {
-                Some(there) => to_mastering(there, robot, &stands)?,
+                Some((ways, place)) => to_mastering(ways, place, robot, &stands)?,
                 None => clear_of_balls(cell, robot)?,
             }
             let mastering = master(gauges, attendant, &cell.trical, &cell.mastering, || now)?;
             let stands = match there {
-                Some((ways, (_, way))) => {
-                    let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
+                Some((ways, place)) => {
+                    let back: Vec<Vec<f64>> = place.way.via.iter().rev().chain([&ways.home]).cloned().collect();
                     robot.move_along(&back)?;
                     ArmAt::Home
                 }
@@ -219,7 +234,8 @@ fn ensure_mastered<M: Manipulator>(
 
 /// Goes to the mastering posture.
 fn to_mastering(
-    (ways, (mastering, way)): (&HomeWays, &(Vec<f64>, Way)),
+    ways: &HomeWays,
+    place: &MasteringPlace,
     robot: &mut impl Manipulator,
     stands: &ArmAt,
 ) -> Result<(), StartError> {
@@ -227,7 +243,7 @@ fn to_mastering(
         ArmAt::Approach(id) => ways.home_from(id),
         ArmAt::Home | ArmAt::Unknown => Vec::new(),
     };
-    let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+    let to = [home.as_slice(), place.way.via.as_slice(), std::slice::from_ref(&place.q)].concat();
     Ok(robot.move_along(&to)?)
 }
 

@@ -58,7 +58,8 @@ impl FitScores {
     /// expected over the workspace, which refuses no step, is not looked at.
     pub fn objections(
         &self,
-        (added, gains): (&[String], &[Gain]),
+        added: &[String],
+        gains: &[Gain],
         before: &FitScores,
         below: Option<&LadderStep>,
     ) -> Vec<Objection> {

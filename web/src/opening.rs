@@ -196,7 +196,16 @@ pub fn open(request: &OpenRequest, host: Host, told: &mut Value) -> Result<Opene
     }
     let urdf = dropped.robot.as_ref().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")));
     let place = Place::new(SAVED.into(), dropped.model.clone()).with_urdf(urdf.map(|path| path.display().to_string()));
-    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, host), told)
+    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, Opening { force: request.force, host }, told)
+}
+
+/// How data are opened.
+#[derive(Clone, Copy)]
+pub(crate) struct Opening {
+    /// Also if they do not fit their robot.
+    pub force: bool,
+    /// The page.
+    pub host: Host,
 }
 
 /// Opens datasets that were read from these folders.
@@ -205,9 +214,10 @@ pub(crate) fn open_datasets(
     datasets: Vec<(String, Dataset)>,
     model: Option<&Path>,
     place: Place,
-    (force, host): (bool, Host),
+    opening: Opening,
     told: &mut Value,
 ) -> Result<Opened, NotOpened> {
+    let Opening { force, host } = opening;
     host.tell("Checking that the data fit the robot …");
     let borrowed: Vec<NamedDataset<'_>> = datasets.iter().map(|(name, d)| NamedDataset::new(name.as_str(), d)).collect();
     // Data of different arms are rejected as such by the fit.

@@ -23,7 +23,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::host::Host;
-use crate::opening::{NotOpened, Opened, SAVED, open_datasets};
+use crate::opening::{NotOpened, Opened, Opening, SAVED, open_datasets};
 
 /// The cell that is measured, and what it extends.
 const SCENARIOS: [(&str, &str); 2] = [
@@ -107,7 +107,7 @@ pub fn play(request: &PlayRequest, host: Host) -> Result<Opened, NotOpened> {
     let hidden = request.effect.as_deref().map(in_words);
     let mut told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
     let place = Place::new(SAVED.into(), None);
-    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, host), &mut told)
+    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, Opening { force: false, host }, &mut told)
 }
 
 fn failed(error: &dyn std::error::Error) -> NotOpened {

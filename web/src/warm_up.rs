@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 use serde_json::json;
 
 use crate::host::Host;
-use crate::opening::open_datasets;
+use crate::opening::{Opening, open_datasets};
 
 const SAMPLES: usize = 60;
 
@@ -39,9 +39,9 @@ pub fn warm_up(worker: Option<&'static dyn Worker>) {
         ..Dataset::default()
     };
     let folder = PathBuf::from("warm_up");
-    let host = Host { tell: |_| (), worker };
+    let opening = Opening { force: false, host: Host { tell: |_| (), worker } };
     let datasets = vec![("warm_up".to_owned(), dataset)];
-    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), (false, host), &mut json!({})) {
+    if let Ok(opened) = open_datasets(&[folder], datasets, None, Place::new("".into(), None), opening, &mut json!({})) {
         // Without an answer, nothing is lost.
         let _ = opened.bench.views();
     }

@@ -237,7 +237,7 @@ impl Bench {
         if set.gains_over(&before.model).is_none() {
             set.gains.push((before.model.clone(), gains.to_vec()));
         }
-        Ok(set.scores.objections((added, gains), &scores, below.as_ref().map(|p| &p.ladder_step)))
+        Ok(set.scores.objections(added, gains, &scores, below.as_ref().map(|p| &p.ladder_step)))
     }
 
     /// The answer to an action: true if it was done, the objections to it, and the figures of the fit before and after; the

@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         // A history of another calibration is refused before anything moves.
         History::read(path, &arguments.calibration, &arguments.then, &reference.digests())?;
     }
-    match probe(arguments, &reference, (cell, plan), folder)? {
+    match probe(arguments, &reference, cell, plan, folder)? {
         Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &reference, &calibration.robot.name, folder),
         outcome => Ok(outcome),
     }
@@ -148,7 +148,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>
 fn probe(
     arguments: &Arguments,
     reference: &CheckReference<'_>,
-    (cell, plan): (&PathBuf, &PathBuf),
+    cell: &PathBuf,
+    plan: &PathBuf,
     folder: &Path,
 ) -> Result<Outcome, Failure> {
     let then = reference.campaign();

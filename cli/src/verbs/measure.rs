@@ -255,8 +255,8 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     };
     journal.live_through_again();
     let mut observer = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
-    let streams = (Streams { seed, trial: 0 }, visit);
-    let measured = measure(&scenario, streams, (&planned, &points), &mut journal, &mut observer);
+    let visit = Visit { streams: Streams { seed, trial: 0 }, number: visit };
+    let measured = measure(&scenario, &visit, &planned, &points, &mut journal, &mut observer);
     drop(observer);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
@@ -284,15 +284,24 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     Ok(Outcome::Done)
 }
 
+/// A visit to a simulated cell.
+struct Visit {
+    /// Random streams of the cell.
+    streams: Streams,
+    /// Its number.
+    number: u64,
+}
+
 fn measure(
     scenario: &Scenario,
-    (streams, visit): (Streams, u64),
-    (plan, points): (&ProbingPlan, &Tour),
+    visit: &Visit,
+    plan: &ProbingPlan,
+    points: &Tour,
     journal: &mut Journal,
     observer: &mut dyn CampaignObserver,
 ) -> Result<(CampaignRecord, Vec<Sample>), RunError> {
     let session_s = session_s(scenario, &plan.poses, points.poses.len());
-    let session = Session::visit(scenario, streams, session_s, visit, |_| ())?;
+    let session = Session::visit(scenario, visit.streams, session_s, visit.number, |_| ())?;
     let began = journal.begin_session(JournalSession::first(session.mastering().clone()));
     began.map_err(|e| Abort::NotJournalled { why: e.to_string() })?;
     let record = session.probe(plan, Some(journal), observer);

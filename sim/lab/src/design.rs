@@ -24,7 +24,7 @@ pub use judged::Judged;
 pub use page::design_page;
 pub use place_information::{PlaceInformation, Predicted, Sought, Workspace};
 pub use search::{Found, Ground, Site};
-pub use trials::{Held, Verified, verify};
+pub use trials::{Held, Trials, Verified, verify};
 pub use watcher::Watcher;
 
 use self::judged::Full;
@@ -102,7 +102,8 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
         watcher.stage("trials", trials * (1 + compared.len() as u64));
         for judged in std::iter::once(&mut best).chain(&mut compared) {
             let Some(Full { scenario, plan, predicted, .. }) = &judged.full else { continue };
-            judged.verified = verify(scenario, plan, (&ground.workspace, predicted), (seed, trials), &|| watcher.step());
+            judged.verified =
+                verify(scenario, plan, &ground.workspace, predicted, Trials { seed, count: trials }, &|| watcher.step());
         }
     }
     Ok(Design {

@@ -330,7 +330,7 @@ impl Chosen<'_, '_> {
         let steps = CATALOGUE.iter().filter(|f| f.scan == Scan::Time).flat_map(|f| ground.members(f));
         let more: Vec<String> = steps.filter(|id| ground.lacks(id).is_none()).collect();
         let mut best: Vec<Imitator> = Vec::new();
-        for (effect, share) in ground.examination.imitators(&ground.named, (id, &sizes), &more)? {
+        for (effect, share) in ground.examination.imitators(&ground.named, id, &sizes, &more)? {
             let of = |e: &str| EffectId::new(e).family().to_owned();
             if of(&effect) != family.id && best.iter().all(|b| of(&b.effect) != of(&effect)) {
                 best.push(Imitator { effect, share });

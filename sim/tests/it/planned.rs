@@ -1,7 +1,7 @@
 //! A plan with its paths, and all its motions.
 
 use calibench::measure::poses::PlannedPose;
-use calibench::measure::poses::ways::HomeWays;
+use calibench::measure::poses::ways::{HomeWays, MasteringPlace};
 use calibench_sim::planning::{Plan, plan};
 use calibench_sim::scenario::Scenario;
 
@@ -20,7 +20,7 @@ pub fn motions(poses: &[PlannedPose], ways: &HomeWays) -> Vec<[Vec<f64>; 2]> {
         last = Some(pose);
     }
     path.extend(last.map(|pose| ways.home_from(&pose.id)).unwrap_or_default());
-    if let Some((mastering, way)) = &ways.mastering {
+    if let Some(MasteringPlace { q: mastering, way }) = &ways.mastering {
         path.extend(way.via.iter().cloned());
         path.push(mastering.clone());
     }

@@ -165,7 +165,7 @@ impl<P: Port> AsciiIndicator<P> {
     }
 
     /// Sets the instrument's own preset to `value` m and verifies it.
-    fn preset_instrument(&mut self, value: f64, (store, query, recall): (&str, &str, &[&str])) -> Result<(), IndicatorError> {
+    fn preset_instrument(&mut self, value: f64, store: &str, query: &str, recall: &[&str]) -> Result<(), IndicatorError> {
         let decimals = self.decimals.unwrap_or(3);
         let number = self.inwards() * value / MM;
         self.set(&format!("{store} {number:+.decimals$}"))?;
@@ -351,7 +351,7 @@ impl<P: Port> Indicator for AsciiIndicator<P> {
         let mut tries = 1;
         loop {
             let done = match self.settings.dialect.preset {
-                PresetManner::Instrument { store, query, recall } => self.preset_instrument(value, (store, query, recall)),
+                PresetManner::Instrument { store, query, recall } => self.preset_instrument(value, store, query, recall),
                 PresetManner::Driver => self.shown().map(|shown| self.offset = value - shown),
             };
             match done {

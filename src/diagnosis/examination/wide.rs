@@ -48,7 +48,8 @@ impl Wide {
     pub fn of(
         datasets: &[NamedDataset<'_>],
         model: &Model,
-        (narrow, fit): (&Problem, &Fit),
+        narrow: &Problem,
+        fit: &Fit,
         library: &Library,
     ) -> Result<Self, IdentifyError> {
         let mut wide_model = model.clone();

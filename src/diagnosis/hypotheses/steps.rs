@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Vector6};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Moment, Place};
-use super::trial::{Trial, plausible};
+use super::trial::{Trial, TriedPlace, plausible};
 use crate::diagnosis::Examination;
 use crate::diagnosis::background::Background;
 use crate::diagnosis::evidence::ln_sum_exp;
@@ -90,7 +90,7 @@ pub(super) fn step(examination: &Examination, background: &Background, id: &str)
         let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
         let trial = |(b, &gap): (usize, &usize)| {
             let moment = gaps[gap].moment;
-            let place = (Place::Time(moment), format!("{id}:{moment}"));
+            let place = TriedPlace { place: Place::Time(moment), in_model: format!("{id}:{moment}") };
             (gap, Trial::new(examination, background, place, &sweep.block(b, 1, plausible)))
         };
         trials.extend(next.iter().enumerate().map(trial));
@@ -196,8 +196,8 @@ fn hypothesis(examination: &Examination, id: &str, trials: BTreeMap<usize, Trial
     let moment = moment(examination, gaps, &tried, &aware, best);
     Some(Hypothesis {
         effect: id.to_owned(),
-        in_model: trial.place.1.clone(),
-        place: Some(trial.place.0.clone()),
+        in_model: trial.place.in_model.clone(),
+        place: Some(trial.place.place.clone()),
         ln_evidence: ln_sum_exp(plain.iter().copied()),
         ln_evidence_against_background: ln_sum_exp(aware.iter().copied()),
         explains: trial.explained.0 / examination.remainder.squares,

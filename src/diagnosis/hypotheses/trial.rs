@@ -9,23 +9,32 @@ use crate::effects;
 
 /// A family tried at many places: its evidence is the mean over them, its place the one with the highest evidence.
 pub(super) struct Tried {
-    places: Vec<(Place, String)>,
+    places: Vec<TriedPlace>,
     plain: Vec<f64>,
     aware: Vec<f64>,
     explained: Vec<(f64, usize)>,
     visible: Vec<f64>,
 }
 
+/// A place at which a family is tried.
+#[derive(Clone)]
+pub(super) struct TriedPlace {
+    /// The place.
+    pub place: Place,
+    /// Id of the effect there in a model.
+    pub in_model: String,
+}
+
 /// Result at one place.
 pub(super) struct Trial {
-    pub place: (Place, String),
+    pub place: TriedPlace,
     pub ln_evidence: [f64; 2],
     pub explained: (f64, usize),
     pub visible: f64,
 }
 
 impl Trial {
-    pub fn new(examination: &Examination, background: &Background, place: (Place, String), block: &sweep::Block) -> Self {
+    pub fn new(examination: &Examination, background: &Background, place: TriedPlace, block: &sweep::Block) -> Self {
         Trial {
             place,
             ln_evidence: block.ln_evidence(examination, background, &SIZES),
@@ -49,7 +58,7 @@ impl Tried {
     /// The hypothesis at its best place; `effect` derives its id from the id in a model.
     pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
         let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
-        let (place, in_model) = self.places[best].clone();
+        let TriedPlace { place, in_model } = self.places[best].clone();
         Some(Hypothesis {
             effect: effect(&in_model),
             in_model,

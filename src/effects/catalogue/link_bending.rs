@@ -69,7 +69,7 @@ pub(super) const FAMILY: Family = Family {
                 }
             }
             for k in 0..2 {
-                displace(k, (frame, &near), [&turned[k], &moved[k]], emit);
+                displace(k, frame, &near, [&turned[k], &moved[k]], emit);
             }
         })
         .needs(&[Needs::Masses])
@@ -99,7 +99,7 @@ fn length(subject: &Subject<'_>, j: usize) -> f64 {
 }
 
 /// A rotation about the origin of frame k and a translation (both world), as deviations of its flex sites.
-fn displace(parameter: usize, (k, frame): (usize, &Frame), motion: [&Vector3<f64>; 2], emit: &mut Emit<'_>) {
+fn displace(parameter: usize, k: usize, frame: &Frame, motion: [&Vector3<f64>; 2], emit: &mut Emit<'_>) {
     let [turn, shift] = motion.map(|v| frame.components(v));
     for (axis, weight) in Axis6::ALL.into_iter().zip([shift.x, shift.y, shift.z, turn.z, turn.y, turn.x]) {
         emit(parameter, Site::flex(k, axis), weight);

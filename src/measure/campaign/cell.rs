@@ -92,7 +92,7 @@ fn cell<R: RobotKeys>(reading: &CellReading<'_>) -> Result<Cell, FileError> {
     let surroundings =
         file.surroundings.map(|named| surroundings(reading, &named, &dataset, trical.datum_radius)).transpose()?;
     let robot = file.robot.settings(reading, dataset.robot.joints())?;
-    let guards = file.guards.guards(reading, (&dataset.robot, dataset.base, dataset.tool))?;
+    let guards = file.guards.guards(reading, &dataset.robot, dataset.base, dataset.tool)?;
     let tolerance = reading.positive("centring.tolerance_um", file.centring.tolerance_um)? * UM;
     let CentringToml { readings, max_steps, .. } = file.centring;
     let stable_within = reading.positive("mastering.stable_within_um", file.mastering.stable_within_um)? * UM;

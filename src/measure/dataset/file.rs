@@ -328,8 +328,8 @@ impl Reading<'_> {
     fn noise(&self, table: &NoiseToml, robot: &Robot) -> Result<Noise, FileError> {
         let given =
             |key: &str, value: Option<f64>, unit: f64| value.map(|v| self.positive(key, v).map(|v| v * unit)).transpose();
-        let angles = self.joint_noise(("noise.joint_arcsec", JointKind::Revolute, ARCSEC), &table.joint_arcsec, robot)?;
-        let lengths = self.joint_noise(("noise.joint_um", JointKind::Prismatic, UM), &table.joint_um, robot)?;
+        let angles = self.joint_noise("noise.joint_arcsec", JointKind::Revolute, ARCSEC, &table.joint_arcsec, robot)?;
+        let lengths = self.joint_noise("noise.joint_um", JointKind::Prismatic, UM, &table.joint_um, robot)?;
         let joint = if lengths.is_empty() {
             angles
         } else {
@@ -344,12 +344,7 @@ impl Reading<'_> {
     }
 
     /// The noise of all joints, of which only those of one kind have any.
-    fn joint_noise(
-        &self,
-        (key, kind, unit): (&str, JointKind, f64),
-        given: &[f64],
-        robot: &Robot,
-    ) -> Result<Vec<f64>, FileError> {
+    fn joint_noise(&self, key: &str, kind: JointKind, unit: f64, given: &[f64], robot: &Robot) -> Result<Vec<f64>, FileError> {
         let joints = robot.joints();
         if !given.is_empty() && given.len() != joints {
             let problem = format!("{} numbers, and the robot has {joints} joints", given.len());

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::PlannedPose;
-use super::ways::{HomeWays, Way};
+use super::ways::{HomeWays, MasteringPlace, Way};
 use crate::files::disk::write_whole;
 use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::measure::dataset::Dataset;
@@ -167,9 +167,9 @@ pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(),
         format: PLAN_FORMAT.into(),
         robot: cell.robot_reference.clone(),
         home_deg: plan.ways.as_ref().map(|ways| degrees(&ways.home)),
-        mastering_deg: mastering.map(|(q, _)| degrees(q)),
+        mastering_deg: mastering.map(|place| degrees(&place.q)),
         pose,
-        way: mastering.map(|(_, way)| (MASTERING, way)).into_iter().chain(to_poses).map(way).collect(),
+        way: mastering.map(|place| (MASTERING, &place.way)).into_iter().chain(to_poses).map(way).collect(),
     };
     let text = toml::to_string(&plan).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
     write_whole(path, text.as_bytes())
@@ -309,7 +309,7 @@ impl Reading<'_> {
             }
         }
         let mastering = match (&plan.mastering_deg, to.remove(MASTERING)) {
-            (Some(q), Some(way)) => Some((self.joints("mastering_deg", q)?, way)),
+            (Some(q), Some(way)) => Some(MasteringPlace { q: self.joints("mastering_deg", q)?, way }),
             (None, None) => None,
             (Some(_), None) => {
                 return Err(self.wrong("mastering_deg", "has no way", "give a [[way]] from `home` to `mastering`"));

@@ -11,7 +11,7 @@ mod request;
 mod search;
 mod whereabouts;
 
-pub use plan::{ArmAt, BlockedPose, HomeWays, WaysError, plan_ways};
+pub use plan::{ArmAt, BlockedPose, HomeWays, MasteringPlace, WaysError, plan_ways};
 pub use polyline::turn;
 pub use request::{WAY_MARGIN, WayRequest};
 pub use whereabouts::{Whereabouts, whereabouts};
@@ -114,17 +114,17 @@ impl<'a> WayFinder<'a> {
         self.checked(&path, margin)
     }
 
-    /// Finds the way between two postures with known ways home.
+    /// Finds the way between two postures whose ways home are known: `out` from the first one, `back` from the second.
     ///
     /// # Errors
     /// When none is found, which happens when a way home is not clear.
-    pub fn between(&mut self, from: (&[f64], &Way), to: (&[f64], &Way)) -> Result<Way, Blocked> {
-        let margin = self.margin_between(from.0, to.0);
-        let blocked = match self.leg(from.0, to.0, margin) {
+    pub fn between(&mut self, from: &[f64], out: &Way, to: &[f64], back: &Way) -> Result<Way, Blocked> {
+        let margin = self.margin_between(from, to);
+        let blocked = match self.leg(from, to, margin) {
             Ok(narrowest) => return Ok(Way { via: Vec::new(), narrowest }),
             Err(blocked) => blocked,
         };
-        let (out, back) = (self.polyline(from.0, from.1), self.polyline(to.0, to.1));
+        let (out, back) = (self.polyline(from, out), self.polyline(to, back));
         let mut joined: Vec<Vec<Vec<f64>>> = Vec::new();
         for left_at in JOINTS_AT {
             for met_at in JOINTS_AT.into_iter().filter(|at| left_at + at > 0.0) {

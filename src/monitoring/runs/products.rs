@@ -248,7 +248,7 @@ impl Products {
             next += span.count;
         }
         let rows = self.counts.iter().sum::<f64>();
-        let variances = shrunk(&products, (first, &information), &groups, rows as usize)?;
+        let variances = shrunk(&products, first, &information, &groups, rows as usize)?;
         let each = self.curves.iter().zip(variances).flat_map(|(span, v)| std::iter::repeat_n(1.0 / v, span.count));
         Ok(each.collect())
     }

@@ -54,7 +54,8 @@ pub(super) fn held(
 /// their prior information.
 pub(crate) fn shrunk(
     products: &DMatrix<f64>,
-    (base, information): (usize, &[f64]),
+    base: usize,
+    information: &[f64],
     groups: &[Span],
     rows: usize,
 ) -> Result<Vec<f64>, FitError> {

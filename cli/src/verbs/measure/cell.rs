@@ -21,7 +21,7 @@ use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
-use calibench::measure::session::{FirstMotion, GaugeState, guard_conditions, preflight, start_session};
+use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
 use calibench::units::{DEG, MM};
 
 use super::rehearsal::rehearse;
@@ -76,7 +76,7 @@ pub fn run(
         .and("robot.speed_percent", cell.speed_percent);
     let under = choice.on(under);
     let silent = choice.silent;
-    let Some(mut journal) = open_journal(output, &under, arguments, &operator, (resume, silent))? else {
+    let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume, silent)? else {
         return Ok(Outcome::Done);
     };
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
@@ -99,13 +99,13 @@ pub fn run(
     let mut guarded =
         Guarded::new(OffsetClock::new(robot.as_mut(), from_s), cell.guards.clone(), operator.stop(), Box::new(log));
     let before = GaugeState { session: journal.last_session(), mastered: arguments.operated.mastered, moved: arguments.moved };
-    let (session, stands) =
-        start_session((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges)).map_err(not_started)?;
+    let devices = Devices { robot: &mut guarded, gauges: &mut gauges };
+    let (session, stands) = start_session(&cell, &planned, first, &before, &mut operator, devices).map_err(not_started)?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let mut bar = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
     let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
-    let record = campaign.run((guarded, stands), &mut gauges, &mut journal, &mut bar);
+    let record = campaign.run(guarded, stands, &mut gauges, &mut journal, &mut bar);
     drop(bar);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
@@ -131,7 +131,8 @@ fn open_journal(
     under: &Conditions,
     arguments: &CellArguments,
     operator: &Operator,
-    (resume, silent): (bool, bool),
+    resume: bool,
+    silent: bool,
 ) -> Result<Option<Journal>, Failure> {
     let case = match Journal::open(output, under, resume)? {
         OpenedJournal::Changed { what } => {
@@ -208,7 +209,8 @@ impl ReadyCampaign<'_> {
     /// Probes the balls with each payload in the order of the plan, and goes home.
     fn run<M: Manipulator>(
         &self,
-        (mut robot, mut stands): (M, ArmAt),
+        mut robot: M,
+        mut stands: ArmAt,
         gauges: &mut [CellGauge; 3],
         journal: &mut Journal,
         observer: &mut dyn CampaignObserver,

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use calibench::cell::Manipulator;
-use calibench::cell::gauge::CellGauge;
 use calibench::cell::guards::{Guarded, MotionRecord};
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station, StationRecord};
 use calibench::measure::centring::{CenteringController, ProbingFailure};
 use calibench::measure::poses::ways::{ArmAt, HomeWays};
 use calibench::measure::poses::{PlannedPose, read_plan};
-use calibench::measure::session::{FirstMotion, GaugeState, preflight, start_session};
+use calibench::measure::session::{Devices, FirstMotion, GaugeState, preflight, start_session};
 
 use crate::terminal::failure::Failure;
 use crate::terminal::failure::{hardware, not_started};
@@ -74,15 +73,15 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
     let mut guarded = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(|_: &MotionRecord| ()));
     let before = GaugeState { session: None, mastered: arguments.operated.mastered, moved: false };
-    let (session, stands) =
-        start_session((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges)).map_err(not_started)?;
+    let devices = Devices { robot: &mut guarded, gauges: &mut gauges };
+    let (session, stands) = start_session(&cell, &planned, first, &before, &mut operator, devices).map_err(not_started)?;
     let mut tour = Tour { ways: &ways, stands };
     let mut records = Vec::with_capacity(count);
     for station in &stations {
         records.push(tour.visit(
             &cell,
             station,
-            (&mut guarded, &mut gauges),
+            Devices { robot: &mut guarded, gauges: &mut gauges },
             session.mastering.free_reading,
             asked.settings,
         )?);
@@ -115,10 +114,11 @@ impl Tour<'_> {
         &mut self,
         cell: &Cell,
         station: &Station,
-        (robot, gauges): (&mut impl Manipulator, &mut [CellGauge; 3]),
+        devices: Devices<'_, impl Manipulator>,
         free_reading: [f64; 3],
         settings: &RepeatabilitySettings,
     ) -> Result<StationRecord, Failure> {
+        let Devices { robot, gauges } = devices;
         self.home(robot)?;
         robot.move_along(self.ways.from_home(&station.pose.id)).map_err(|e| hardware(&e))?;
         self.stands = ArmAt::Approach(station.pose.id.clone());

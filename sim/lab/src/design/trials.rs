@@ -55,13 +55,23 @@ pub struct Verified {
     pub worst: Held,
 }
 
-/// Runs a scenario `trials` times on this plan and judges it at the poses of the workspace; `done` is called after each trial.
+/// The trials of a verification.
+#[derive(Debug, Clone, Copy)]
+pub struct Trials {
+    /// Seed of all.
+    pub seed: u64,
+    /// Their number.
+    pub count: u64,
+}
+
+/// Runs a scenario `trials.count` times on this plan and judges it at the poses of the workspace; `done` is called after each trial.
 /// `None` if no trial was completed.
 pub fn verify(
     scenario: &Scenario,
     plan: &Plan,
-    (workspace, predicted): (&Workspace, &Predicted),
-    (seed, trials): (u64, u64),
+    workspace: &Workspace,
+    predicted: &Predicted,
+    trials: Trials,
     done: &(dyn Fn() + Sync),
 ) -> Option<Verified> {
     // The tracker is used for judging only.
@@ -70,7 +80,8 @@ pub fn verify(
     let tracker = TrackerPlan { identification, points, validation, chosen: plan.trical.clone() };
     // An artifact is designed for the gauge alone.
     let plans = Plans { plan: plan.clone(), tracker, rival: Vec::new() };
-    let errors: Vec<Option<Vec<f64>>> = (0..trials)
+    let Trials { seed, count } = trials;
+    let errors: Vec<Option<Vec<f64>>> = (0..count)
         .into_par_iter()
         .map(|trial| {
             let errors = squared_errors(scenario, &plans, Streams { seed, trial }).ok();
@@ -87,7 +98,7 @@ pub fn verify(
     let worst = predicted.worst().1;
     Some(Verified {
         trials: errors.len(),
-        failed: trials as usize - errors.len(),
+        failed: count as usize - errors.len(),
         rms: Held::of(mean(&variance), &errors.iter().map(|e| mean(e)).collect::<Vec<f64>>()),
         worst: Held::of(variance[worst], &errors.iter().map(|e| e[worst]).collect::<Vec<f64>>()),
     })

@@ -27,14 +27,22 @@ pub enum ArmAt {
     Approach(String),
 }
 
+/// Where the gauge is mastered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MasteringPlace {
+    /// Posture with the socket upwards, rad (N).
+    pub q: Vec<f64>,
+    /// The way there from home.
+    pub way: Way,
+}
+
 /// The ways from home. Those from pose to pose are in the poses themselves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HomeWays {
     /// The home posture, rad (N).
     pub home: Vec<f64>,
-    /// Posture in which the gauge is mastered, its socket upwards, rad (N), and the way there from home; `None` if no such
-    /// posture is clear.
-    pub mastering: Option<(Vec<f64>, Way)>,
+    /// Where the gauge is mastered; `None` if no posture for it is clear.
+    pub mastering: Option<MasteringPlace>,
     /// From home to the approach of each pose, by its id.
     pub to: BTreeMap<String, Way>,
 }
@@ -169,7 +177,7 @@ fn join(finder: &mut WayFinder<'_>, ways: &HomeWays, bodies: &[String], poses: &
             Some((id, from, _)) => {
                 let home_from = ways.to.get(id).cloned().map(reversed).unwrap_or_default();
                 let home_to = reversed(from_home.clone());
-                match finder.between((from, &home_from), (&pose.approach, &home_to)) {
+                match finder.between(from, &home_from, &pose.approach, &home_to) {
                     Ok(way) => way,
                     Err(why) => {
                         blocked.push(blocked_pose(pose, bodies, why));
@@ -200,14 +208,14 @@ fn mastering(
     request: &WayRequest<'_>,
     socket: &Unit<Vector3<f64>>,
     home: &[f64],
-) -> Option<(Vec<f64>, Way)> {
+) -> Option<MasteringPlace> {
     let WayRequest { robot, base, tool, .. } = *request;
     let mut upright: Vec<Vec<f64>> =
         turned_wrists(robot, home).filter(|q| tilt(robot, base, tool, q, socket) < UPRIGHT).collect();
     upright.sort_by(|a, b| turn(home, a).total_cmp(&turn(home, b)));
     upright.into_iter().take(MOST_TRIED).find_map(|q| {
         let way = finder.home_from(&q).ok()?;
-        Some((q, reversed(way)))
+        Some(MasteringPlace { q, way: reversed(way) })
     })
 }
 

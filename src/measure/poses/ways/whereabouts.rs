@@ -1,6 +1,6 @@
 //! Locating the arm among the motions of a plan, so that it can leave a ball and return home after any interruption.
 
-use super::plan::{ArmAt, HomeWays};
+use super::plan::{ArmAt, HomeWays, MasteringPlace};
 use super::polyline::turn;
 use crate::measure::poses::PlannedPose;
 use crate::units::{DEG, MM};
@@ -35,7 +35,9 @@ pub enum Whereabouts {
 pub fn whereabouts(
     poses: &[PlannedPose],
     ways: Option<&HomeWays>,
-    (robot, base, tool): (&Robot, &FramePose, &FramePose),
+    robot: &Robot,
+    base: &FramePose,
+    tool: &FramePose,
     q: &[f64],
 ) -> Whereabouts {
     let tcp = |q: &[f64]| world_from_tool(robot, base, tool, q).translation.vector;
@@ -56,7 +58,7 @@ pub fn whereabouts(
     if turn(q, &ways.home) < ON_THE_WAY {
         return Whereabouts::OnWay(Vec::new(), ArmAt::Home);
     }
-    if let Some((mastering, way)) = &ways.mastering {
+    if let Some(MasteringPlace { q: mastering, way }) = &ways.mastering {
         if turn(q, mastering) < ON_THE_WAY {
             return Whereabouts::AtMastering;
         }
@@ -139,7 +141,7 @@ mod tests {
         let home = vec![0.5, -2.5, 1.0, 0.0, 0.5, 0.0];
         let to = ["a", "b"].map(|id| (id.to_owned(), Way::default()));
         let ways = HomeWays { home: home.clone(), mastering: None, to: BTreeMap::from(to) };
-        let find = |q: &[f64]| whereabouts(&poses, Some(&ways), (&robot, &base, &tool), q);
+        let find = |q: &[f64]| whereabouts(&poses, Some(&ways), &robot, &base, &tool, q);
         let between =
             |a: &[f64], b: &[f64], share: f64| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect() };
         let b = ArmAt::Approach("b".into());
@@ -160,6 +162,6 @@ mod tests {
         let mut beside = first_leg;
         beside[2] += 1.0 * DEG;
         assert_eq!(find(&beside), Whereabouts::Unknown);
-        assert_eq!(whereabouts(&poses, None, (&robot, &base, &tool), &home), Whereabouts::Unknown);
+        assert_eq!(whereabouts(&poses, None, &robot, &base, &tool, &home), Whereabouts::Unknown);
     }
 }
