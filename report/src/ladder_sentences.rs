@@ -103,7 +103,7 @@ pub fn symptom_sentence(s: &Symptom) -> String {
 /// Names a step by the effects it adds; the first by its model.
 pub(super) fn ladder_step_words(ladder_step: &LadderStep) -> String {
     if ladder_step.added.is_empty() {
-        ladder_step.model.effects.join(" + ")
+        ladder_step.model.ids().join(" + ")
     } else {
         format!("+ {}", added_words(&ladder_step.added))
     }

@@ -24,11 +24,11 @@ pub fn joint_of(id: &str) -> Option<usize> {
 
 /// The id up to its first colon.
 pub fn family_of(id: &str) -> &str {
-    EffectId::new(id).family()
+    id.split_once(':').map_or(id, |(family, _)| family)
 }
 
 /// True if a model with these `effects` contains the given one, by itself or through its whole family.
-pub fn holds(effects: &[String], id: &str) -> bool {
+pub fn holds(effects: &[EffectId], id: &str) -> bool {
     effects.iter().any(|e| e == id || e == family_of(id))
 }
 
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_family_holds_its_members() {
-        let model = ["joint_compliance".to_owned(), "harmonic1:2".to_owned()];
+        let model = ["joint_compliance", "harmonic1:2"].map(EffectId::new);
         assert!(holds(&model, "joint_compliance:3") && holds(&model, "harmonic1:2") && !holds(&model, "harmonic1:3"));
         assert!(
             belongs("harmonic1:2", "harmonic1")

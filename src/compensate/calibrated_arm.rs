@@ -100,7 +100,7 @@ impl<'a> CalibratedArm<'a> {
         for id in ids {
             let effect = build(id, &subject)?;
             // There are no balls here, and errors of another tool do not apply to this one.
-            let elsewhere = effect.owner() == Owner::Artifact || (setup.own_tool && TOOL.contains(&family(id)));
+            let elsewhere = effect.owner() == Owner::Artifact || (setup.own_tool && TOOL.contains(&EffectId::new(id).family()));
             if elsewhere {
                 continue;
             }
@@ -122,7 +122,7 @@ impl<'a> CalibratedArm<'a> {
                 // The pose of the base in the world is irrelevant to targets given relative to the base.
                 arm.estimates.push(place.filter(|_| setup.in_world || id != BASE));
             }
-            if family(id) == COMPLIANCE {
+            if EffectId::new(id).family() == COMPLIANCE {
                 for (k, spec) in effect.parameters().iter().enumerate() {
                     let joint = (0..n).find(|j| spec.name == format!("c{}", j + 1));
                     joint.into_iter().for_each(|j| arm.compliance[j] += arm.values[first + k]);
@@ -263,10 +263,6 @@ pub(super) const BASE: &str = "base_frame";
 const COMPLIANCE: &str = "joint_compliance";
 /// Effects of the calibrated tool.
 const TOOL: [&str; 2] = ["tool_frame", "tool_step"];
-
-fn family(id: &str) -> &str {
-    EffectId::new(id).family()
-}
 
 /// Index among x, y, z, rz, ry, rx of a base parameter, by its name.
 fn base_axis(name: &str) -> Option<usize> {

@@ -114,7 +114,8 @@ fn rms(numbers: &DVector<f64>) -> f64 {
 
 /// Name of a parameter without the prefix that repeats the effect's id.
 fn short_name(effect: &str, name: &str) -> String {
-    let family = EffectId::new(effect).family();
+    let id = EffectId::new(effect);
+    let family = id.family();
     [format!("{effect}."), format!("{family}."), format!("{family}:")]
         .iter()
         .find_map(|prefix| name.strip_prefix(prefix.as_str()))

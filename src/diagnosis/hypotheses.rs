@@ -87,7 +87,7 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
         orders.dedup();
     }
     let id = |k: u32| format!("harmonic:{}:{k}", j + 1);
-    orders.retain(|&k| !examination.model.effects.contains(&id(k)) && examination.library.place(&id(k)).is_none());
+    orders.retain(|&k| !examination.model.lists(&id(k)) && examination.library.place(&id(k)).is_none());
     let plausible = plausible(examination, &id(*orders.first()?))?;
     let features = waves(&examination.circumstances.iter().map(|at| at.q[j]).collect::<Vec<f64>>(), &orders);
     let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Owned(features));
@@ -124,7 +124,7 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
     let sweep = Sweep::of_each_sample(examination, background, &sweep::base(&examination.circumstances));
     let trial = |(i, id): (usize, &String)| {
         let in_model = effects::catalogue::setting_aside(id);
-        let is_new = !examination.model.effects.contains(&in_model);
+        let is_new = !examination.model.lists(&in_model);
         let place = (Place::Sample(id.clone()), in_model);
         is_new.then(|| Trial::new(examination, background, place, &sweep.of_sample(i, plausible)))
     };

@@ -342,7 +342,7 @@ impl<'a> Evidence<'a> {
             background: self.background.size(),
             findings: self.findings(first.as_ref()),
             contributions: contributions(examination, &self.relevance),
-            fitted: examination.model.effects.clone(),
+            fitted: examination.model.ids(),
             unbelievable: self.unbelievable,
             curve_family: self.curve_family,
             scatter: self.scatter,

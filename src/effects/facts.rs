@@ -158,7 +158,7 @@ pub enum Period {
 
 impl Period {
     /// Periods per revolution of the effect with this id.
-    pub fn per_turn(&self, id: &EffectId<'_>) -> Option<u32> {
+    pub fn per_turn(&self, id: &EffectId) -> Option<u32> {
         match *self {
             Period::None => None,
             Period::PerTurn(order) => Some(order),

@@ -4,7 +4,7 @@ use super::*;
 use crate::robot::JointKind;
 
 /// Builds an effect from its id, for a robot and an artifact.
-pub type Build = fn(&EffectId<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
+pub type Build = fn(&EffectId, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
 
 /// Origin of an effect: tables separate them, since the remedy differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +95,7 @@ impl Family {
 
     /// The first joint named by an id of this family, counted from 1; `None` if its members do not belong to a joint, or if
     /// the id names none.
-    pub fn joint(&self, id: &EffectId<'_>) -> Option<usize> {
+    pub fn joint(&self, id: &EffectId) -> Option<usize> {
         if self.is_of_joint() { id.number(0) } else { None }
     }
 

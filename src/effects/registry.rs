@@ -102,8 +102,8 @@ impl Registry {
 
     /// The family of an id.
     pub fn family(&self, id: &str) -> Option<&'static Family> {
-        let name = EffectId::new(id).family();
-        self.families().find(|f| f.id == name)
+        let id = EffectId::new(id);
+        self.families().find(|f| f.id == id.family())
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use crate::diagnosis::Examination;
 use crate::diagnosis::library::missing_somewhere;
-use crate::effects::{self, Effect, Owner};
+use crate::effects::{self, Effect, EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Circumstance, Parameter, Problem, Use};
 use crate::measure::dataset::Dataset;
@@ -41,13 +41,13 @@ impl AtNewPoses {
         let balls = there.ball_ids();
         let subject = model.subject(&there.robot, &balls);
         let named = [("elsewhere", there)];
-        let counts = |id: &String| {
+        let counts = |id: &EffectId| {
             effects::build(id, &subject)
                 .is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
         };
         let mut of_here = model.clone();
         of_here.effects.retain(&counts);
-        of_here.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(counts));
+        of_here.effects.extend(library.candidates.iter().map(|c| EffectId::new(&c.id)).filter(counts));
         let mut problem = Problem::as_long_as(wide, &named, &of_here, Use::All)?;
         let is_first = |p: &Parameter| p.setup.is_none_or(|setup| setup == 0);
         let twin = |k: usize| {

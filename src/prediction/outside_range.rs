@@ -64,9 +64,9 @@ impl Extrapolation {
             outside += usize::from(any);
         }
         joints.retain(|j| j.poses > 0);
-        let of_joint = |id: &str| {
+        let of_joint = |id: &EffectId| {
             let Some(family) = model.family(id) else { return false };
-            let joint = family.joint(&EffectId::new(id));
+            let joint = family.joint(id);
             family.follows.contains(&Follows::JointAngle) && joints.iter().any(|o| joint.is_none_or(|j| j == o.joint))
         };
         let own = |id: &str| {
@@ -81,7 +81,7 @@ impl Extrapolation {
             };
             joints.iter().any(follows)
         };
-        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).cloned().collect();
+        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).map(|id| id.whole().to_owned()).collect();
         Extrapolation { poses: count, outside, joints, shapes }
     }
 

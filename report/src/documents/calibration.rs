@@ -129,7 +129,7 @@ impl Calibration {
         Calibration {
             format: CalibrationFormat::V1,
             robot: c.robot_reference.clone(),
-            effects: c.model.effects.clone(),
+            effects: c.model.ids(),
             parameters: c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(Parameter::of).collect(),
             stated_parameters: c.estimates.iter().filter_map(stated).collect(),
             outcome: c.outcome.map(|outcome| outcome.name().into()),

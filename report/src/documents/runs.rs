@@ -245,7 +245,7 @@ impl Runs {
             after: TestOfRuns::of(&comparison.after),
             parameters: comparison.parameters.iter().map(ParameterOfRuns::of).collect(),
             effects: comparison.effects.iter().map(effect).collect(),
-            model: comparison.model.effects.clone(),
+            model: comparison.model.ids(),
         }
     }
 }

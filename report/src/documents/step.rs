@@ -251,7 +251,7 @@ impl LadderStep {
             added_words: added_words(&step.added),
             added_notes: EffectNote::all(&step.added, below),
             parameters: added.map(parameter).collect(),
-            effects: step.model.effects.clone(),
+            effects: step.model.ids(),
             fit_rms_mm: step.fit / MM,
             residual_mm: step.fit / MM,
             cross_validated_mm: step.cross_validated / MM,

@@ -93,7 +93,7 @@ fn best(scene: &Scene<'_>, effect: &str) -> Option<Plot> {
 }
 
 /// The views that a family's facts name.
-fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, Abscissa)> {
+fn natural(family: &Family, id: &EffectId, joints: usize) -> Vec<(Ordinate, Abscissa)> {
     let own: Vec<usize> = family.joint(id).and_then(|j| j.checked_sub(1)).map_or_else(|| (0..joints).collect(), |j| vec![j]);
     let any: Vec<usize> = (0..joints).collect();
     let second: Vec<usize> = id.number(1).and_then(|j| j.checked_sub(1)).map_or_else(|| any.clone(), |j| vec![j]);

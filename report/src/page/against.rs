@@ -49,7 +49,7 @@ impl Rival {
             let bins = curve.bins.iter().map(|b| json!({"x": short(b.x), "mean_urad": short(b.mean / calibench::units::URAD)}));
             json!({"joint": curve.joint, "against": curve.against.name(), "bins": bins.collect::<Vec<_>>()})
         });
-        let effects = |step: &calibench::selection::ladder::LadderStep| step.model.effects.clone();
+        let effects = |step: &calibench::selection::ladder::LadderStep| step.model.ids();
         let all: Vec<String> = effects(a).into_iter().chain(effects(b)).collect();
         let words: serde_json::Map<String, Value> = all.into_iter().map(|id| (id.clone(), json!(in_words(&id)))).collect();
         Ok(json!({

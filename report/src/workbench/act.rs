@@ -141,7 +141,7 @@ impl Bench {
 
     /// The step to a model whose objections were considered before.
     fn go_on_to(&self, here: &Moment, model: &Model) -> Result<Value, Refusal> {
-        let added: Vec<String> = model.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
+        let added: Vec<String> = model.ids().into_iter().filter(|e| !here.model.lists(e)).collect();
         match added.first() {
             None => Ok(self.answer(here, here, &[])),
             Some(first) => self.go(here, here.switches.with(model, &added, first), true),

@@ -50,15 +50,15 @@ pub(super) struct Switches {
 impl Switches {
     /// The effects of the initial model, all on.
     pub fn of(model: Model) -> Self {
-        let own = |id: &String| Switch {
+        let own = |id: String| Switch {
+            width: model.width.get(&id).copied(),
             effect: id.clone(),
-            asked: id.clone(),
+            asked: id,
             on: true,
             initial: true,
-            width: model.width.get(id).copied(),
             own: None,
         };
-        Switches { all: model.effects.iter().map(own).collect(), initial: Arc::new(model) }
+        Switches { all: model.ids().into_iter().map(own).collect(), initial: Arc::new(model) }
     }
 
     /// The switches, in the order in which they came.
@@ -133,7 +133,7 @@ impl Switches {
         let mut added: Vec<&Switch> = on(false).collect();
         added.sort_by(|a, b| in_order(&a.effect, &b.effect));
         for switch in on(true).chain(added) {
-            model.effects.push(switch.effect.clone());
+            model.effects.push(EffectId::new(&switch.effect));
             if let Some(width) = switch.width {
                 model.width.insert(switch.effect.clone(), width);
             }
@@ -150,7 +150,8 @@ impl Switches {
 /// argument, numbers by size.
 fn in_order(a: &str, b: &str) -> Ordering {
     let family = |id: &str| {
-        let place = CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family());
+        let id = EffectId::new(id);
+        let place = CATALOGUE.iter().position(|f| f.id == id.family());
         let place = place.unwrap_or(CATALOGUE.len());
         (CATALOGUE.get(place).is_none_or(|f| f.scan != Scan::None), place)
     };

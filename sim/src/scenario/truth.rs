@@ -16,6 +16,7 @@ use rand_distr::StandardNormal;
 
 use super::sources::Sources;
 use super::truth_keys::TruthToml;
+use crate::effect_names::family_of;
 use crate::flaw::{Flaw, Flaws, TrueEffect};
 use crate::mismatch::misshapen;
 use crate::random::Streams;
@@ -229,7 +230,7 @@ fn stated(
 
 /// Key of a parameter in `[truth.effects.ID]`: its name without the part given by the id, and its unit.
 pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
-    let family = effects::EffectId::new(id).family();
+    let family = family_of(id);
     let own = name
         .strip_prefix(&format!("{id}."))
         .or_else(|| name.strip_prefix(&format!("{family}:")))

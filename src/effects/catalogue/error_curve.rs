@@ -51,7 +51,7 @@ const HIGHEST: usize = 1000;
 /// Standard deviation of a plausible band, rad.
 const BAND: f64 = 50.0 * URAD;
 
-fn band(id: &EffectId<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
+fn band(id: &EffectId, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
     let joint = id.joint(0, subject)?;
     let (Ok(low), Ok(high)) = (low.parse::<usize>(), high.parse::<usize>()) else {
         return Err(id.wrong("ends in the lowest and the highest order of a band, two whole numbers"));
@@ -65,7 +65,7 @@ fn band(id: &EffectId<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Resu
 
 /// Sine and cosine of each order, for each of the joints.
 fn curve(
-    id: &EffectId<'_>,
+    id: &EffectId,
     joints: Vec<usize>,
     orders: std::ops::RangeInclusive<usize>,
     suffix: &str,

@@ -90,7 +90,7 @@ pub(super) const ANY: Family = Family {
     ..ONCE
 };
 
-fn build(id: &EffectId<'_>, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
+fn build(id: &EffectId, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
     let plausible = match order {
         1 => 70.0 * URAD,
         2 => 50.0 * URAD,

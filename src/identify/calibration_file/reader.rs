@@ -53,7 +53,13 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     }
     Ok(Calibration {
         robot_reference: file.robot.clone(),
-        model: Model { effects, own, measured_torques: file.measured_torques, width: file.width.clone(), ..Model::default() },
+        model: Model {
+            effects: effects.into_iter().map(EffectId::from).collect(),
+            own,
+            measured_torques: file.measured_torques,
+            width: file.width.clone(),
+            ..Model::default()
+        },
         estimates,
         correlation,
         unresolved: file.unresolved.clone(),
@@ -198,8 +204,8 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
         }
     }
     // Free and uncertain tools, targets and balls come from the data, not from the model.
-    let of_data =
-        matches!(EffectId::new(&p.effect).family(), "tool_frame" | effects::catalogue::PROBE_ROTATION | "target" | "ball");
+    let id = EffectId::new(&p.effect);
+    let of_data = matches!(id.family(), "tool_frame" | effects::catalogue::PROBE_ROTATION | "target" | "ball");
     if !of_data && !effects.contains(&p.effect) {
         let problem = format!("'{}' is not among the effects of this calibration", p.effect);
         return Err(("effect", problem, format!("add it to `effects`, or {AGAIN}")));

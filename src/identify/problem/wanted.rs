@@ -49,7 +49,7 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     wanted.extend(model.effects.iter().map(|e| {
         let width = model.width_of(e);
         let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
-        (e.clone(), belief)
+        (e.whole().to_owned(), belief)
     }));
     if dataset.tool_free {
         wanted.retain(|(id, _)| id != "tool_frame");

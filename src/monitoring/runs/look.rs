@@ -47,9 +47,7 @@ impl Look {
         let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id).collect();
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
             .into_iter()
-            .filter(|id| {
-                !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER)
-            })
+            .filter(|id| !model.lists(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
             .collect();
         let count = curves.len();
         let mut candidates: Vec<String> = curves;

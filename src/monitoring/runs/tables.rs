@@ -339,7 +339,7 @@ pub(super) fn as_in(calibration: &Calibration, run: &str) -> Calibration {
         false => covariance[(r, c)] / (estimates[r].sigma * estimates[c].sigma).max(f64::MIN_POSITIVE),
     });
     // What is not of the robot in any run is of no set-up that the calibration may describe.
-    let then = |change: &RunChange| if model.effects.contains(&change.effect) { change.weight(run) } else { 0.0 };
+    let then = |change: &RunChange| if model.lists(&change.effect) { change.weight(run) } else { 0.0 };
     let like_then = |dataset: &str| model.changes.iter().all(|change| (change.weight(dataset) - then(change)).abs() < 1e-9);
     let mut out = calibration.clone();
     out.setups.retain(|setup| like_then(&setup.dataset));

@@ -5,7 +5,7 @@ use super::rule::Gain;
 use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
@@ -15,8 +15,8 @@ use crate::measure::dataset::Dataset;
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
 pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
-    let is_new = |id: &&String| !before.effects.contains(id) && effects::catalogue::set_aside_by(id).is_none();
-    let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
+    let is_new = |id: &&EffectId| !before.lists(id) && effects::catalogue::set_aside_by(id).is_none();
+    let added: Vec<&str> = after.effects.iter().filter(is_new).map(EffectId::whole).collect();
     if added.is_empty() {
         return Ok(Vec::new());
     }

@@ -82,7 +82,7 @@ impl Injections {
         let needs = |u: &Untestable| Needs { effect: u.effect.clone(), needs: u.needs };
         Injections {
             datasets: subject.datasets.iter().map(|(name, _)| (*name).to_owned()).collect(),
-            model: subject.model.effects.clone(),
+            model: subject.model.ids(),
             samples: subject.baseline.samples,
             noise: subject.noise.clone(),
             found,
