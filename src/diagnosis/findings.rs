@@ -74,7 +74,7 @@ pub(crate) fn findings(
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.circumstances.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
             rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
-            exactly_same: exact_aliases(&h.in_model, datasets),
+            exactly_same: exact_aliases(&h.in_model, &close.model.registry, datasets),
             parameters: parameters.collect(),
             size: Freely::of(close, k).size(),
         }

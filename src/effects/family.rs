@@ -70,12 +70,16 @@ pub struct Family {
     pub linear_range: LinearRange,
     /// Its periods per revolution of its joint.
     pub period: Period,
+    /// The shape of a joint's error over what it follows.
+    pub curve: CurveShape,
     /// Its meaning, and what to inspect.
     pub meaning: Meaning,
     /// Its appearance in the residuals.
     pub signature: Signature,
     /// Possible deviation of its true shape from the equation.
     pub stray: Stray,
+    /// The effect with which it is exactly aliased in some data.
+    pub alias: Alias,
     /// Arguments of its members (`""`, `":2"`), except the scanned one.
     pub members: fn(&Subject<'_>) -> Vec<String>,
     /// Builds the effect from its whole id, split at the colons.

@@ -29,6 +29,11 @@ impl EffectId {
         EffectId { family: whole.find(':').unwrap_or(whole.len()), whole: whole.into() }
     }
 
+    /// The member of a family with these arguments.
+    pub fn member(family: &str, arguments: impl fmt::Display) -> Self {
+        EffectId { whole: format!("{family}:{arguments}").into(), family: family.len() }
+    }
+
     /// The whole id, as given.
     pub fn whole(&self) -> &str {
         &self.whole

@@ -127,12 +127,17 @@ impl Model {
 
     /// The default model of a dataset: the paper's, without joint compliance if no link mass is known.
     pub fn default_for(dataset: &Dataset) -> Self {
-        if dataset.robot.has_masses() { Model::paper() } else { Model::of(&["base_frame", "mdh"]) }
+        if dataset.robot.has_masses() { Model::paper() } else { Model::geometry() }
     }
 
     /// The paper's model: base, links, joint compliance. On the KR6 with a known tool it has 31 independent parameters.
     pub fn paper() -> Self {
-        Model::of(&["base_frame", "mdh", "joint_compliance"])
+        Model::geometry().with(EffectId::JOINT_COMPLIANCE)
+    }
+
+    /// The geometry alone: base and links.
+    pub fn geometry() -> Self {
+        Model::of(&[EffectId::BASE_FRAME, EffectId::MDH])
     }
 }
 

@@ -47,7 +47,7 @@ impl AtNewPoses {
         };
         let mut of_here = model.clone();
         of_here.effects.retain(&counts);
-        of_here.effects.extend(library.candidates.iter().map(|c| EffectId::new(&c.id)).filter(counts));
+        of_here.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(counts));
         let mut problem = Problem::as_long_as(wide, &named, &of_here, Use::All)?;
         let is_first = |p: &Parameter| p.setup.is_none_or(|setup| setup == 0);
         let twin = |k: usize| {

@@ -2,6 +2,7 @@
 
 use crate::effects::EffectId;
 use crate::effects::facts::Follows;
+use crate::effects::registry::Registry;
 use crate::identify::Model;
 use crate::measure::dataset::{Dataset, Sample};
 use crate::robot::{JointKind, Robot};
@@ -33,6 +34,8 @@ pub struct Extrapolation {
     /// Effects of the model whose dependence on a joint angle is known only within the range of identification; beyond
     /// it, their values are extrapolated.
     pub shapes: Vec<String>,
+    /// The families to which these effects belong.
+    pub registry: Registry,
 }
 
 /// Distance outside a range that is tolerated, rad or m: an arc minute.
@@ -82,7 +85,7 @@ impl Extrapolation {
             joints.iter().any(follows)
         };
         let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).map(|id| id.whole().to_owned()).collect();
-        Extrapolation { poses: count, outside, joints, shapes }
+        Extrapolation { poses: count, outside, joints, shapes, registry: model.registry.clone() }
     }
 
     /// Compares the samples of datasets that `takes` selects with those joint ranges.

@@ -112,7 +112,7 @@ impl Parameter {
             sigma_noise: finite(e.unit.from_si(e.sigma_noise)),
             unit: e.unit.symbol.into(),
             nominal: e.unit.from_si(e.nominal),
-            effect: e.effect.clone(),
+            effect: e.effect.to_string(),
         }
     }
 }

@@ -3,7 +3,6 @@
 use nalgebra::DMatrix;
 
 use super::super::library::Library;
-use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Fit;
@@ -53,7 +52,7 @@ impl Wide {
         library: &Library,
     ) -> Result<Self, IdentifyError> {
         let mut wide_model = model.clone();
-        wide_model.effects.extend(library.candidates.iter().map(|c| EffectId::new(&c.id)));
+        wide_model.effects.extend(library.candidates.iter().map(|c| c.id.clone()));
         let mut problem = Problem::new(datasets, &wide_model, Use::Fit)?;
         let mut values = problem.start();
         let of_name = |name: &str| problem.parameters().iter().position(|p| p.name == name);

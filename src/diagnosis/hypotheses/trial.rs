@@ -5,11 +5,11 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::background::Background;
 use crate::diagnosis::evidence::{SIZES, Seen, ln_mean_exp};
 use crate::diagnosis::sweep;
-use crate::effects;
+use crate::effects::{self, EffectId};
 
 /// A family tried at many places: its evidence is the mean over them, its place the one with the highest evidence.
 pub(super) struct Tried {
-    places: Vec<(Place, String)>,
+    places: Vec<(Place, EffectId)>,
     plain: Vec<f64>,
     aware: Vec<f64>,
     explained: Vec<(f64, usize)>,
@@ -18,14 +18,14 @@ pub(super) struct Tried {
 
 /// Result at one place.
 pub(super) struct Trial {
-    pub place: (Place, String),
+    pub place: (Place, EffectId),
     pub ln_evidence: [f64; 2],
     pub explained: (f64, usize),
     pub visible: f64,
 }
 
 impl Trial {
-    pub fn new(examination: &Examination, background: &Background, place: (Place, String), block: &sweep::Block) -> Self {
+    pub fn new(examination: &Examination, background: &Background, place: (Place, EffectId), block: &sweep::Block) -> Self {
         Trial {
             place,
             ln_evidence: block.ln_evidence(examination, background, &SIZES),
@@ -47,7 +47,7 @@ impl Tried {
     }
 
     /// The hypothesis at its best place; `effect` derives its id from the id in a model.
-    pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
+    pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&EffectId) -> EffectId) -> Option<Hypothesis> {
         let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
         let (place, in_model) = self.places[best].clone();
         Some(Hypothesis {

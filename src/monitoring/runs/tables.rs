@@ -8,6 +8,7 @@ use super::left_out::LeftOut;
 use super::look::Look;
 use super::units::{CHANGE, Pattern, Unit, UnitKind};
 use crate::diagnosis::Examination;
+use crate::effects::EffectId;
 use crate::identify::RunChange;
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::math::rms;
@@ -98,7 +99,7 @@ impl EffectStatus {
 #[derive(Debug, Clone)]
 pub struct EffectInRuns {
     /// Its id.
-    pub effect: String,
+    pub effect: EffectId,
     /// Its parameters, all runs together.
     pub parameters: Vec<Estimate>,
     /// For every run: its size there in sigmas, all its parameters together, and the share of what all runs say of it.

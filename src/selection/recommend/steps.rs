@@ -34,11 +34,11 @@ pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Re
 pub fn gains_of_each(
     datasets: &[(&str, &Dataset)],
     before: &Model,
-    effects: &[String],
+    effects: &[EffectId],
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
     let alone: Vec<Vec<&str>> = effects
         .iter()
-        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.as_str()] })
+        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.whole()] })
         .collect();
     judged(datasets, before, before, &alone, &[])
 }
@@ -53,7 +53,7 @@ fn judged(
     let mut ids: Vec<&str> = sets.iter().flatten().copied().collect();
     ids.sort_unstable();
     ids.dedup();
-    let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
+    let candidates = ids.iter().map(|id| Candidate::new(*id)).collect();
     let wide = Examination::with(datasets, before, candidates)?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in wide.problem().sample_ids().iter().enumerate() {

@@ -79,7 +79,7 @@ impl Injections {
             }
         };
         let [found, named, within_2_sigma] = shares(&effects.iter().collect::<Vec<_>>());
-        let needs = |u: &Untestable| Needs { effect: u.effect.clone(), needs: u.needs };
+        let needs = |u: &Untestable| Needs { effect: u.effect.to_string(), needs: u.needs };
         Injections {
             datasets: subject.datasets.iter().map(|(name, _)| (*name).to_owned()).collect(),
             model: subject.model.ids(),
