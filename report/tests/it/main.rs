@@ -2,9 +2,13 @@
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod a_step_is_reported_where_it_happened;
+mod an_added_family_is_named_like_any_other;
 #[path = "../../../tests/it/effect_cell.rs"]
 mod effect_cell;
 mod figures_have_one_name;
 mod file_formats_are_written_down;
 mod format_page;
+#[allow(dead_code)] // its own `main`
+#[path = "../../../examples/own_effect.rs"]
+mod own_effect;
 mod schemas_are_written_down;
