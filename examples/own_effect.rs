@@ -7,11 +7,13 @@ use std::error::Error;
 use std::sync::Arc;
 
 use calibench::diagnosis::diagnose;
-use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use calibench::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::Registry;
 use calibench::effects::situation::Situation;
-use calibench::effects::{Effect, Emit, ParameterSpec};
+use calibench::effects::{Effect, EffectId, Emit, ParameterSpec};
 use calibench::identify::calibration::Estimate;
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
@@ -53,10 +55,10 @@ fn beyond(q: f64) -> f64 {
 }
 
 /// The family: its name, equation, size and signature.
-static HOSE_PULL: Family = Family {
+pub static HOSE_PULL: Family = Family {
     id: "hose_pull",
     arguments: ":J",
-    name: "pull of the hoses",
+    name: "pull of the hoses on {joint}",
     what: "hoses pull a joint back",
     equation: "theta_J -= s (q_J beyond 90 deg)",
     origin: Origin::Arm,
@@ -67,6 +69,7 @@ static HOSE_PULL: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the hose package tightens and pulls the joint back", look: "look at the hoses" },
     signature: Signature {
         looks: [
@@ -77,6 +80,7 @@ static HOSE_PULL: Family = Family {
         parted_by: "The same postures with the hoses untied.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: |subject| (1..=subject.robot.joints()).map(|j| format!(":{j}")).collect(),
     build: |id, subject| {
         id.at_most(1)?;
@@ -95,7 +99,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Effects that the diagnosis of a model without the effect names, and the estimate of a model with it.
-pub fn named_and_fitted() -> Result<(Vec<String>, Estimate), Box<dyn Error>> {
+pub fn named_and_fitted() -> Result<(Vec<EffectId>, Estimate), Box<dyn Error>> {
     let model = Model { registry: Registry::default().with(&HOSE_PULL)?, ..Model::of(&["base_frame", "mdh"]) };
     let data = campaign()?;
     let named = diagnose(&[NamedDataset::new("campaign", &data)], &model)?.set95;
@@ -104,7 +108,7 @@ pub fn named_and_fitted() -> Result<(Vec<String>, Estimate), Box<dyn Error>> {
 }
 
 /// A hundred and twenty points of an arm whose hoses pull joint 1 back, and noise.
-fn campaign() -> Result<Dataset, Box<dyn Error>> {
+pub fn campaign() -> Result<Dataset, Box<dyn Error>> {
     let robot = Arc::new(built_in("kr6_r700").ok_or("no such robot")?);
     let (base, tool) = (FramePose::default(), FramePose { xyz: [0.06, 0.01, -0.125], rz_ry_rx: [0.0; 3] });
     let mut random = ChaCha8Rng::seed_from_u64(2);

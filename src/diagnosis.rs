@@ -36,6 +36,7 @@ use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
 use crate::residuals::noise::Suspect;
 
+use crate::effects::registry::Registry;
 use crate::effects::{self, EffectId};
 use crate::identify::fit::Outcome;
 use crate::units::Unit;
@@ -67,9 +68,9 @@ pub struct Finding {
     /// Share by which it reduces the blocked cross-validated rms.
     pub cv_gain: f64,
     /// Effects that these data cannot distinguish from it.
-    pub rivals: Vec<String>,
+    pub rivals: Vec<EffectId>,
     /// Effects, by their ids in a model, that are exactly aliased with it in these data, whatever its size.
-    pub exactly_same: Vec<String>,
+    pub exactly_same: Vec<EffectId>,
     /// Estimates of its parameters.
     pub parameters: Vec<FoundParameter>,
     /// Its size in plausible sizes, rms over its parameters, estimated from the data alone.
@@ -80,7 +81,7 @@ pub struct Finding {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explained {
     /// Id of the effect in a model.
-    pub effect: String,
+    pub effect: EffectId,
     /// Share of the remaining sum of squares that it explains in the joint fit.
     pub share: f64,
 }
@@ -89,7 +90,7 @@ pub struct Explained {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contribution {
     /// The effect.
-    pub effect: String,
+    pub effect: EffectId,
     /// Share of the sum of squares that all candidates explain beyond noise.
     pub share: f64,
     /// Its size in plausible sizes, rms over its parameters.
@@ -122,7 +123,7 @@ pub struct Diagnosis {
     /// Outcome of the fit; unless it converged, the diagnosis is void.
     pub outcome: Outcome,
     /// The 95 % credible set of effects.
-    pub set95: Vec<String>,
+    pub set95: Vec<EffectId>,
     /// Share of the remaining sum of squares that the first finding explains.
     pub explains: Option<f64>,
     /// Whitened sum of squares per degree of freedom with the first finding included; `None` if the noise is unknown.
@@ -132,7 +133,7 @@ pub struct Diagnosis {
     /// Share of the remaining sum of squares that they explain.
     pub together_explain: f64,
     /// Effects that would explain much, but only at an implausible size: id, and size in plausible sizes.
-    pub unbelievable: Vec<(String, f64)>,
+    pub unbelievable: Vec<(EffectId, f64)>,
     /// Family of the catalogue to which the best curve of any shape belongs.
     pub curve_family: Option<CurveFamily>,
     /// Scatter of the data.
@@ -153,6 +154,8 @@ pub struct Diagnosis {
     pub untestable: Vec<Untestable>,
     /// Effects of the fitted model.
     pub fitted: Vec<String>,
+    /// The families to which all these effects belong.
+    pub registry: Registry,
 }
 
 /// Odds against the background beyond which a single sample disagrees with all others.
@@ -198,7 +201,7 @@ impl Diagnosis {
     /// True if the diagnosis advises to exclude a sample: as a suspect, as the first finding, or as a missing effect
     /// of the credible set.
     pub fn advises_to_set_aside(&self, sample: &str) -> bool {
-        let is_it = |f: &Finding| f.is_sample() && EffectId::new(&f.hypothesis.in_model).rest() == Some(sample);
+        let is_it = |f: &Finding| f.is_sample() && f.hypothesis.in_model.rest() == Some(sample);
         let named = |(k, f): (usize, &Finding)| {
             is_it(f) && (self.outlier() == Some(k) && k == 0 || self.set95.contains(&f.hypothesis.effect))
         };
@@ -209,7 +212,7 @@ impl Diagnosis {
 impl Finding {
     /// True if the finding is a single sample that disagrees with the others.
     pub fn is_sample(&self) -> bool {
-        EffectId::new(&self.hypothesis.effect).family() == "outlier"
+        self.hypothesis.effect.family() == EffectId::OUTLIER
     }
 }
 

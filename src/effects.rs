@@ -19,11 +19,11 @@ mod words;
 
 pub use id::EffectId;
 pub use reference_torque::reference_torque;
-pub use words::{in_words, variable_in_words};
+pub use words::variable_in_words;
 
 use thiserror::Error;
 
-use self::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use self::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
 use self::own::{OwnEffect, OwnEffectError};
 use self::registry::Registry;
 use self::situation::Situation;

@@ -32,6 +32,8 @@ use rayon::prelude::*;
 
 use super::diagnosis::Diagnosis;
 use crate::diagnosis::Examination;
+use crate::effects::facts::Follows;
+use crate::effects::registry::Registry;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::{WORKSPACE_POSES, workspace_poses};
@@ -43,9 +45,6 @@ pub const STEPS: [usize; 3] = [5, 10, 20];
 const AS_GOOD_CHANCE: f64 = 0.03;
 /// The same for the error, as a relative difference.
 const AS_GOOD_ERROR: f64 = 0.05;
-
-/// Family of the effects that depend on the direction from which joints arrive.
-const OF_SIDES: &str = "hysteresis";
 
 /// Expected outcome of one action with a given number of measurements.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +81,8 @@ pub struct Proposal {
     pub offers: Vec<Offer>,
     /// Actions that could not be offered, with the reason.
     pub not_offered: Vec<NotOffered>,
+    /// The families to which the rivals belong.
+    pub registry: Registry,
 }
 
 /// Compares possible next measurements: by how well they distinguish the rivals of the diagnosis or, with fewer than
@@ -102,8 +103,9 @@ pub fn propose(
         datasets.first().map_or_else(Vec::new, |NamedDataset { dataset: first, .. }| workspace_poses(first, WORKSPACE_POSES));
     let designer = Designer::new(datasets, examination, &rivals)?.with_workspace(datasets, &diagnosis.relevance, &poses)?;
     let criterion = if designer.has_rivals() { Criterion::Discrimination } else { Criterion::Accuracy };
-    let needs_sides = examination.library().candidates.iter().any(|c| c.family == OF_SIDES)
-        || rivals.iter().any(|r| r.effect.starts_with(OF_SIDES));
+    let of_sides = |id: &str| examination.model().family(id).is_some_and(|f| f.follows.contains(&Follows::Approach));
+    let needs_sides =
+        examination.library().candidates.iter().any(|c| of_sides(&c.id)) || rivals.iter().any(|r| of_sides(&r.effect));
     let (actions, not_offered) = match datasets.first() {
         Some(NamedDataset { dataset: first, .. }) => actions(first, examination, layout, needs_sides, seed),
         None => (Vec::new(), Vec::new()),
@@ -122,7 +124,7 @@ pub fn propose(
     };
     let offers = actions.into_par_iter().map(offer).collect::<Result<_, _>>()?;
     let now = Step { count: 0, forecast: designer.now(), error: designer.error_now() };
-    Ok(Proposal { rivals, criterion, now, offers, not_offered })
+    Ok(Proposal { rivals, criterion, now, offers, not_offered, registry: diagnosis.registry.clone() })
 }
 
 impl Proposal {

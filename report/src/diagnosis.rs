@@ -5,7 +5,6 @@ use super::heat_map::{curve_line, heat_map_text};
 use super::tables::plain_table;
 use crate::optional;
 use calibench::diagnosis::{Diagnosis, Verdict};
-use calibench::effects::in_words;
 
 /// The tables of a diagnosis for a terminal: the candidates, the contributions and, if requested or if nothing else
 /// explains the residual, the heat map.
@@ -17,8 +16,8 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
         .map(|f| {
             let h = &f.hypothesis;
             [
-                h.in_model.clone(),
-                in_words(&h.in_model),
+                h.in_model.to_string(),
+                d.registry.in_words(&h.in_model),
                 format!("{:.3}", f.probability),
                 format!("{:.0}", 100.0 * h.explains),
                 format!("{:+.0}", 100.0 * f.cv_gain),
@@ -54,7 +53,9 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
         .contributions
         .iter()
         .take(10)
-        .map(|c| [c.effect.clone(), in_words(&c.effect), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
+        .map(|c| {
+            [c.effect.to_string(), d.registry.in_words(&c.effect), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)]
+        })
         .collect();
     out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
     out.push_str(&plain_table(&["effect", "in words", "share of the residual %", "size, plausible sizes"], &rows));

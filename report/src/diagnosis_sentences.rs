@@ -13,6 +13,7 @@ use calibench::diagnosis::hypotheses::Place;
 use calibench::diagnosis::{Diagnosis, Finding, FoundParameter, Verdict};
 use calibench::effects;
 use calibench::effects::facts::Follows;
+use calibench::effects::registry::Registry;
 use calibench::effects::{EffectId, variable_in_words};
 use calibench::identify::fit::Outcome;
 use calibench::units::MM;
@@ -77,7 +78,7 @@ fn main(d: &Diagnosis) -> Option<String> {
     };
     Some(format!(
         "{} explains {:.0} % of the squares that the model leaves; {rest}.",
-        capital(&called(&first.hypothesis.in_model)),
+        capital(&called(&d.registry, &first.hypothesis.in_model)),
         100.0 * share
     ))
 }
@@ -98,12 +99,13 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
             Some("What the model leaves exceeds the noise, and no effect of the catalogue explains it.".into())
         }
         Verdict::DataDoNotFit => Some("The samples do not fit the robot.".into()),
-        Verdict::Indistinguishable => {
-            Some(format!("The model lacks one of these, and these samples cannot tell which: {}.", all_called(named)))
-        }
+        Verdict::Indistinguishable => Some(format!(
+            "The model lacks one of these, and these samples cannot tell which: {}.",
+            all_called(&d.registry, named)
+        )),
         Verdict::Identified | Verdict::Partly => {
             let is_warmth = |f: &Finding| {
-                let family = effects::registry::family(EffectId::new(&f.hypothesis.in_model).family());
+                let family = d.registry.family(&f.hypothesis.in_model);
                 family.is_some_and(|f| f.follows.contains(&Follows::Temperature))
             };
             let warm_up = match first(d).is_some_and(is_warmth) {
@@ -147,19 +149,19 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
         )),
         Verdict::Identified => {
-            all.push(format!("{word}: identified. Missing in the model: {}.", all_called(named.iter().map(|f| &f.hypothesis.in_model))));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
+            all.push(format!("{word}: identified. Missing in the model: {}.", all_called(&d.registry, named.iter().map(|f| &f.hypothesis.in_model))));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, &d.registry)));
         }
         Verdict::Partly => {
             all.push(partly(d, word));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, &d.registry)));
         }
         Verdict::Indistinguishable => {
             all.push(format!(
                 "{word}: indistinguishable. One of these is missing, and these data cannot tell which: {}.",
-                all_called(named.iter().map(|f| &f.hypothesis.in_model))
+                all_called(&d.registry, named.iter().map(|f| &f.hypothesis.in_model))
             ));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, &d.registry)));
         }
         Verdict::Unexplained => {
             all.push(format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains."));
@@ -167,35 +169,35 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
         }
         other => {
             all.push(format!("{word}: {}.", other.in_words()));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, &d.registry)));
         }
     }
     all
 }
 
 fn partly(d: &Diagnosis, word: &str) -> String {
-    let first = first(d).map_or("", |f| f.hypothesis.in_model.as_str());
+    let first = first(d).map_or("", |f| f.hypothesis.in_model.whole());
     let together = match &d.together[..] {
         [] | [_] => String::new(),
         several => {
             let each: Vec<String> =
-                several.iter().map(|e| format!("{}, {:.0} %", called(&e.effect), 100.0 * e.share)).collect();
+                several.iter().map(|e| format!("{}, {:.0} %", called(&d.registry, &e.effect), 100.0 * e.share)).collect();
             format!(" Together these explain {:.0} %: {}.", 100.0 * d.together_explain, each.join("; "))
         }
     };
     let curve = match &d.curve_family {
         Some(f) if f.effect == first => {
-            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, called(&f.effect))
+            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, called(&d.registry, &f.effect))
         }
         _ => String::new(),
     };
-    format!("{word}: partly. {} explains a part; more is missing.{together}{curve}", capital(&called(first)))
+    format!("{word}: partly. {} explains a part; more is missing.{together}{curve}", capital(&called(&d.registry, first)))
 }
 
 /// Effects that explain much, but only at an implausible size.
 fn unbelievable(d: &Diagnosis) -> Option<String> {
     let named: Vec<String> =
-        d.unbelievable.iter().map(|(e, size)| format!("{}, {size:.0} plausible sizes", called(e))).collect();
+        d.unbelievable.iter().map(|(e, size)| format!("{}, {size:.0} plausible sizes", called(&d.registry, e))).collect();
     (!named.is_empty()).then(|| {
         format!(
             "Not believable at this size: {}. Look for a wrong entry, load, sign or unit before an effect.",
@@ -263,7 +265,7 @@ fn left(d: &Diagnosis) -> String {
 }
 
 /// Effect, size, place and share; the physics; and where to look at the robot, if anywhere.
-fn saw_means_do(f: &Finding) -> Vec<String> {
+fn saw_means_do(f: &Finding, registry: &Registry) -> Vec<String> {
     let h = &f.hypothesis;
     let at = match (&h.place, &h.moment) {
         (None | Some(Place::Sample(_)), _) => String::new(),
@@ -279,30 +281,33 @@ fn saw_means_do(f: &Finding) -> Vec<String> {
     } else {
         String::new()
     };
-    let rivals =
-        if f.rivals.is_empty() { String::new() } else { format!("; in these data the same as {}", all_called(&f.rivals)) };
+    let rivals = if f.rivals.is_empty() {
+        String::new()
+    } else {
+        format!("; in these data the same as {}", all_called(registry, &f.rivals))
+    };
     let saw = format!(
         "Saw: {}{at}: {}; explains {:.0} % of the residual, probability {:.2}{hidden}{rivals}.",
-        called(&h.in_model),
+        called(registry, &h.in_model),
         sizes(f),
         100.0 * h.explains,
         f.probability
     );
-    let meaning = meaning(&h.in_model);
+    let meaning = meaning(registry, &h.in_model);
     let page = gallery_page(&h.in_model).map_or(String::new(), |page| format!(" ({page} shows how it looks)"));
-    let means = format!("Means: {}{}{page}.", meaning.physics, same_to_the_data(f));
+    let means = format!("Means: {}{}{page}.", meaning.physics, same_to_the_data(f, registry));
     let look = (!meaning.look.is_empty()).then(|| format!("Do: {}.", meaning.look));
     [saw, means].into_iter().chain(look).collect()
 }
 
 /// The effects that no data of this kind can separate from this one, and the measurement that would separate them.
-fn same_to_the_data(f: &Finding) -> String {
+fn same_to_the_data(f: &Finding, registry: &Registry) -> String {
     // Ball data cannot separate a displaced ball from a displaced nest.
-    let nest = match EffectId::new(&f.hypothesis.in_model).family() {
-        "ball" => "; these data cannot distinguish an error of the ball from one of its nest",
-        _ => "",
+    let nest = match f.hypothesis.in_model.ball_name() {
+        Some(_) => "; these data cannot distinguish an error of the ball from one of its nest",
+        None => "",
     };
-    format!("{nest}{}", same_words(f).map_or(String::new(), |same| format!("; {same}")))
+    format!("{nest}{}", same_words(f, registry).map_or(String::new(), |same| format!("; {same}")))
 }
 
 /// At most three fitted numbers of a finding.
@@ -341,7 +346,7 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             all
         }
         None => {
-            let largest = all_called(d.contributions.iter().take(3).map(|c| &c.effect));
+            let largest = all_called(&d.registry, d.contributions.iter().take(3).map(|c| &c.effect));
             let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {largest}") };
             vec![
                 format!("Saw: many small effects at about {} plausible sizes each, none of them unusual{most}.", d.background),
@@ -360,9 +365,9 @@ fn untestable(d: &Diagnosis) -> Vec<String> {
         }
     }
     let of = |need: &&str| {
-        let effects: Vec<&String> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| &u.effect).collect();
+        let effects: Vec<&EffectId> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| &u.effect).collect();
         let more = effects.len().saturating_sub(MOST_NAMED);
-        let named = all_called(effects[..effects.len() - more].iter().copied());
+        let named = all_called(&d.registry, effects[..effects.len() - more].iter().copied());
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("Not tested: {named}{more}: needs {need}.")
     };

@@ -26,6 +26,7 @@ mod workspace;
 
 use std::path::Path;
 
+use calibench::effects::EffectId;
 use calibench::files::{FileError, read_text};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -99,8 +100,13 @@ pub struct Untestable {
 
 impl Untestable {
     fn all(untestable: &[calibench::diagnosis::library::Untestable]) -> Vec<Self> {
-        untestable.iter().map(|u| Untestable { effect: u.effect.clone(), needs: u.needs.to_string() }).collect()
+        untestable.iter().map(|u| Untestable { effect: u.effect.to_string(), needs: u.needs.to_string() }).collect()
     }
+}
+
+/// Ids as text.
+fn ids(ids: &[EffectId]) -> Vec<String> {
+    ids.iter().map(ToString::to_string).collect()
 }
 
 /// The number, or `None` if it is infinite or not a number: JSON knows neither.

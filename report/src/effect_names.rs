@@ -1,24 +1,24 @@
 //! Effects as sentences name them: in words, with the id that a model accepts beside.
 
-use calibench::effects::in_words;
+use calibench::effects::registry::Registry;
 
 /// An effect in a sentence: `gear ripple of joint 2, 17 per turn (harmonic:2:17)`.
 #[must_use]
-pub fn called(id: &str) -> String {
-    let words = in_words(id);
+pub fn called(registry: &Registry, id: &str) -> String {
+    let words = registry.in_words(id);
     // An effect of a user's own has no other name.
     if words == id { words } else { format!("{words} ({id})") }
 }
 
 /// Several effects in a sentence.
-pub(super) fn all_called<'a>(ids: impl IntoIterator<Item = &'a String>) -> String {
-    ids.into_iter().map(|id| called(id)).collect::<Vec<_>>().join("; ")
+pub(super) fn all_called<'a, Id: AsRef<str> + 'a>(registry: &Registry, ids: impl IntoIterator<Item = &'a Id>) -> String {
+    ids.into_iter().map(|id| called(registry, id.as_ref())).collect::<Vec<_>>().join("; ")
 }
 
 /// The effects of a refused step, whose ids are joined by `and`.
 #[must_use]
-pub fn each_called(ids: &str) -> String {
-    ids.split(" and ").map(called).collect::<Vec<_>>().join(" and ")
+pub fn each_called(registry: &Registry, ids: &str) -> String {
+    ids.split(" and ").map(|id| called(registry, id)).collect::<Vec<_>>().join(" and ")
 }
 
 /// The same text with an initial capital.

@@ -2,31 +2,35 @@
 
 use calibench::diagnosis::Finding;
 use calibench::diagnosis::hypotheses::Moment;
-use calibench::effects::EffectId;
+use calibench::effects::facts::Alias;
+use calibench::effects::family::Scan;
+use calibench::effects::registry::Registry;
 use calibench::selection::ladder::LadderStep;
 
 use super::effect_names::{called, capital};
 
 /// The measurement that would separate an effect from those exactly aliased with it.
-pub(super) fn parted_by(f: &Finding) -> Option<String> {
+pub(super) fn parted_by(f: &Finding, registry: &Registry) -> Option<String> {
     if f.exactly_same.is_empty() {
         return None;
     }
-    let id = EffectId::new(&f.hypothesis.in_model);
-    let ball = match id.family() {
-        "base_step" | "artifact_step" => {
+    let id = &f.hypothesis.in_model;
+    let family = registry.family(id)?;
+    let ball = match (family.alias, family.scan) {
+        (Alias::OnBalls(_), _) => {
             return Some("only a look at either from outside (a level, a dial gauge, a tracker on the floor)".into());
         }
-        "ball_step" => id.rest().and_then(|rest| rest.rsplit_once(':')).map(|(ball, _)| ball),
+        (_, Scan::Time) => id.rest().and_then(|rest| rest.rsplit_once(':')).map(|(ball, _)| ball),
         _ => id.rest(),
     };
     ball.map(|ball| format!("probing ball {ball} once more"))
 }
 
 /// Names the aliased effects, e.g. "... (base_step:9) or ... (artifact_step:9): aliased in these data; ... would separate them".
-pub(super) fn same_words(f: &Finding) -> Option<String> {
-    let parted = parted_by(f)?;
-    let all: Vec<String> = std::iter::once(&f.hypothesis.in_model).chain(&f.exactly_same).map(|id| called(id)).collect();
+pub(super) fn same_words(f: &Finding, registry: &Registry) -> Option<String> {
+    let parted = parted_by(f, registry)?;
+    let all: Vec<String> =
+        std::iter::once(&f.hypothesis.in_model).chain(&f.exactly_same).map(|id| called(registry, id)).collect();
     Some(format!("{}: aliased in these data; {parted} would separate them", all.join(" or ")))
 }
 
@@ -49,10 +53,15 @@ pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl I
 /// Notes on the effects `added`, one line each: the time of a step and the effects aliased with it; `below` holds the
 /// earlier steps in order.
 pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
+    let Some(last) = below.last() else { return Vec::new() };
+    let registry = &last.model.registry;
     let one = |f: &Finding| {
-        let when =
-            f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", capital(&called(&f.hypothesis.in_model)), moment_words(m)));
-        when.into_iter().chain(same_words(f).map(|same| format!("{}.", capital(&same)))).collect::<Vec<String>>()
+        let when = f
+            .hypothesis
+            .moment
+            .as_ref()
+            .map(|m| format!("{}: {}.", capital(&called(registry, &f.hypothesis.in_model)), moment_words(m)));
+        when.into_iter().chain(same_words(f, registry).map(|same| format!("{}.", capital(&same)))).collect::<Vec<String>>()
     };
     found(added, below).flat_map(one).collect()
 }

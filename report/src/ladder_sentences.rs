@@ -5,8 +5,9 @@ use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
 use super::recommended::Recommended;
 use super::tables::plain_table;
 use calibench::diagnosis::Symptom;
-use calibench::effects;
 use calibench::effects::facts::Unphysical;
+use calibench::effects::registry::Registry;
+use calibench::effects::{self, EffectId};
 use calibench::identify::fit::Outcome;
 use calibench::planning::planned::Planned;
 use calibench::selection::ladder::{Ladder, LadderStep, StopReason};
@@ -73,24 +74,24 @@ pub fn symptom_sentence(s: &Symptom) -> String {
     let name = &s.parameter;
     let value = format!("{:.3} ± {:.3} {}", s.unit.from_si(s.value), s.unit.from_si(s.sigma), s.unit.printed());
     let joint = s.joint();
-    let of_joint = |families: &[&str]| -> String {
-        joint.map_or_else(
-            || "another load".into(),
-            |j| families.iter().map(|f| called(&format!("{f}:{j}"))).collect::<Vec<_>>().join("; "),
-        )
+    let families = s.unphysical.symptom_of();
+    let missing = || {
+        let of_joint =
+            |j: usize| all_called(Registry::catalogue(), &families.iter().map(|f| EffectId::member(f, j)).collect::<Vec<_>>());
+        joint.map_or_else(|| "another load".into(), of_joint)
     };
     match s.unphysical {
         Unphysical::NegativeCompliance => format!(
             "{name} is negative ({value}): a symptom of something missing (another effect that changes as its load does: {}, or a load entered wrongly), not a spring.",
-            of_joint(&["stiffening", "harmonic1", "harmonic2"])
+            missing()
         ),
         Unphysical::Softening => format!(
             "{name} is positive ({value}): a gear that gets softer under load; a symptom of something missing ({}), not a gear.",
-            of_joint(&["harmonic1", "gravity_backlash"])
+            missing()
         ),
         Unphysical::LostMotionAgainstLoad => format!(
             "{name} is negative ({value}): play that closes against the load; a symptom of something missing ({}), not play.",
-            of_joint(&["stiffening", "harmonic1"])
+            missing()
         ),
         Unphysical::NegativeMass => {
             format!(
@@ -103,7 +104,7 @@ pub fn symptom_sentence(s: &Symptom) -> String {
 /// Names a step by the effects it adds; the first by its model.
 pub(super) fn ladder_step_words(ladder_step: &LadderStep) -> String {
     if ladder_step.added.is_empty() {
-        ladder_step.model.effects.join(" + ")
+        ladder_step.model.ids().join(" + ")
     } else {
         format!("+ {}", added_words(&ladder_step.added))
     }
@@ -127,7 +128,7 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
         .as_ref()
         .map_or(String::new(), |w| format!(", {} {:.3} mm", WORKSPACE.name, w.mean.expected / MM));
     let what = match ladder_step.added.as_slice() {
-        [one] => format!("+ {}", called(one)),
+        [one] => format!("+ {}", called(&ladder_step.model.registry, one)),
         _ => what,
     };
     format!(
@@ -141,9 +142,9 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
 }
 
 /// The reason why an effect is not added, in a clause.
-pub fn not_added_sentence(effect: &str, objections: &[Objection]) -> String {
+pub fn not_added_sentence(registry: &Registry, effect: &str, objections: &[Objection]) -> String {
     let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-    format!("not added: {}: {}", each_called(effect), why.join("; "))
+    format!("not added: {}: {}", each_called(registry, effect), why.join("; "))
 }
 
 /// The reasons why a ladder ends, one line each.
@@ -160,7 +161,11 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::StepLimit => vec!["The ladder stops at its step limit; continue from its model.".into()],
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
-            all.extend(tried.iter().map(|(effect, objections)| format!("  {}", not_added_sentence(effect, objections))));
+            all.extend(
+                tried
+                    .iter()
+                    .map(|(effect, objections)| format!("  {}", not_added_sentence(&last.model.registry, effect, objections))),
+            );
             all.push(format!(
                 "`calibench next {}{}` names measurements that would add information.",
                 commands.datasets, commands.model
@@ -204,7 +209,7 @@ pub fn planned_sentence(planned: &Planned) -> String {
     let what = match ladder.kind() {
         ChoiceKind::Steps => {
             let added: Vec<String> = ladder.steps.iter().skip(1).flat_map(|step| step.added.iter().cloned()).collect();
-            format!("the last step of the ladder, with {}", all_called(&added))
+            format!("the last step of the ladder, with {}", all_called(&ladder.first().model.registry, &added))
         }
         _ => what_to_use(ladder),
     };

@@ -4,7 +4,6 @@ use super::effect_names::called;
 use super::tables::plain_table;
 use crate::optional;
 use calibench::diagnosis::detectability::Detectability;
-use calibench::effects::in_words;
 use calibench::planning::designer::Criterion;
 use calibench::planning::{Offer, Proposal, Step};
 use calibench::units::MM;
@@ -56,11 +55,13 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
         [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
         [one] => all.push(format!(
             "Only one effect is in question, {}; measurements are chosen for accuracy alone.",
-            called(&one.effect)
+            called(&p.registry, &one.effect)
         )),
         several => {
-            let named: Vec<String> =
-                several.iter().map(|r| format!("{}, probability {:.2}", called(&r.effect), r.probability)).collect();
+            let named: Vec<String> = several
+                .iter()
+                .map(|r| format!("{}, probability {:.2}", called(&p.registry, &r.effect), r.probability))
+                .collect();
             all.push(format!("To be distinguished: {}.", named.join("; ")));
         }
     }
@@ -100,8 +101,8 @@ pub fn detectability_text(d: &Detectability) -> String {
         .map(|s| {
             let size = s.smallest_size().map_or(0.0, |v| s.unit.from_si(v));
             [
-                s.effect.clone(),
-                in_words(&s.effect),
+                s.effect.to_string(),
+                d.registry.in_words(&s.effect),
                 format!("{:.2}", 100.0 * s.absorbed),
                 format!("{:.2}", s.visible),
                 s.directions.to_string(),
@@ -125,7 +126,8 @@ pub fn detectability_text(d: &Detectability) -> String {
         100.0 * d.power,
         d.level
     ));
-    let unseen: Vec<String> = d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| called(&s.effect)).collect();
+    let unseen: Vec<String> =
+        d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| called(&d.registry, &s.effect)).collect();
     if !unseen.is_empty() {
         text.push_str(&format!("cannot be seen at all: {}\n", unseen.join("; ")));
     }

@@ -24,10 +24,13 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             let command = command(advice, diagnosis, commands);
             match advice.effects() {
                 [one] if effects::catalogue::set_aside_by(one).is_some() => {
-                    format!("Next: {command}: {}, which disagrees with all others.", called(one))
+                    format!("Next: {command}: {}, which disagrees with all others.", called(&diagnosis.registry, one))
                 }
                 [one] => {
-                    format!("Next: {command}: with {}, postures that were not fitted are predicted better.", called(one))
+                    format!(
+                        "Next: {command}: with {}, postures that were not fitted are predicted better.",
+                        called(&diagnosis.registry, one)
+                    )
                 }
                 several => format!(
                     "Next: {command} excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
@@ -38,7 +41,10 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ToDo::Distinguish => {
             let without = match advice.effects() {
                 [] => String::new(),
-                effects => format!(" Without them `ladder` would add {}, which may be the wrong one.", all_called(effects)),
+                effects => format!(
+                    " Without them `ladder` would add {}, which may be the wrong one.",
+                    all_called(&diagnosis.registry, effects)
+                ),
             };
             format!(
                 "Next: {} names the few measurements that would distinguish them.{without}",
@@ -54,7 +60,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
     let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
     let refused = refused.map(|(effect, objections)| {
         let why = objections.first().map(objection_sentence).unwrap_or_default();
-        format!("Not added: {}: {why}.", each_called(effect))
+        format!("Not added: {}: {why}.", each_called(&diagnosis.registry, effect))
     });
     std::iter::once(next).chain(refused).collect()
 }
@@ -84,7 +90,7 @@ pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<S
         format!(
             "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
             commands.verb("next"),
-            all_called(&step.added)
+            all_called(&step.model.registry, &step.added)
         )
     })
 }

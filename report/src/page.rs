@@ -110,7 +110,7 @@ impl Page {
     pub fn of(subject: &PageSubject<'_>, page_model: &PageModel, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
         let mut document = page_model.json(subject, ladder)?;
         let seen = views.json(page_model);
-        candidate::add_spoken_of(&seen, &mut document["meanings"]);
+        candidate::add_spoken_of(&seen, &page_model.ladder_step.model.registry, &mut document["meanings"]);
         if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), seen) {
             whole.extend(part);
         }

@@ -1,5 +1,7 @@
 //! Many runs of one robot in words and tables.
 
+use calibench::effects::EffectId;
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::Estimate;
 use calibench::monitoring::runs::tables::{EffectInRuns, EffectStatus, ParameterInRuns, ParameterStatus};
 use calibench::monitoring::runs::{Difference, Pattern, RunsComparison, RunsTest, RunsVerdict};
@@ -41,23 +43,23 @@ fn size(e: &Estimate) -> String {
 
 /// A difference between runs in a sentence.
 #[must_use]
-pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
+pub fn difference_sentence(registry: &Registry, difference: &Difference, runs: &[&str]) -> String {
     let amounts: Vec<String> = difference.parameters.iter().map(amount).collect();
     let amounts = amounts.join(", ");
     let when = difference.pattern.words(runs);
     let test = format!("chance {} of each of {} differences tried", chance(difference.test.chance), difference.tried);
     if let Some(run) = difference.set_up_of {
-        if difference.effect == "payload_mass" {
+        if difference.effect == EffectId::PAYLOAD_MASS {
             return format!(
                 "The payload of {} differs from what was entered by {} ({test}), if that of the other runs is right. That is not part of the robot: weigh it, and enter its mass.",
                 runs[run],
                 difference.parameters.iter().map(size).collect::<Vec<_>>().join(", ")
             );
         }
-        let what = match difference.effect.as_str() {
-            "tool_frame" => "The tool".to_owned(),
-            "base_frame" => "The base".to_owned(),
-            other => called(other),
+        let what = match difference.effect.whole() {
+            EffectId::TOOL_FRAME => "The tool".to_owned(),
+            EffectId::BASE_FRAME => "The base".to_owned(),
+            other => called(registry, other),
         };
         return format!(
             "{what} of {} is not where it is stated to be: {amounts} ({test}). That is not part of the robot: measure it again, or state it `free`.",
@@ -71,7 +73,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
         };
         return format!(
             "{} differs in {run} from the rest: {amounts} ({test}). The model lacks it, and it is refused, since it is not of the robot in all runs: find out what was different in {run}.",
-            called(&difference.effect)
+            called(registry, &difference.effect)
         );
     }
     match difference.pattern {
@@ -87,7 +89,7 @@ fn test_words(test: &RunsTest) -> String {
 /// Answers in sentences what differs between the runs, and whether one geometry explains them.
 pub fn runs_answer(c: &RunsComparison) -> String {
     let names: Vec<&str> = c.runs.iter().map(|run| run.name.as_str()).collect();
-    let differences = c.differences.iter().map(|difference| difference_sentence(difference, &names));
+    let differences = c.differences.iter().map(|difference| difference_sentence(&c.model.registry, difference, &names));
     differences.chain([verdict_sentence(c)]).collect::<Vec<_>>().join("\n")
 }
 
@@ -168,8 +170,8 @@ fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
     row
 }
 
-fn effect_sentence(e: &EffectInRuns, runs: &[&str]) -> String {
-    let name = called(&e.effect);
+fn effect_sentence(registry: &Registry, e: &EffectInRuns, runs: &[&str]) -> String {
+    let name = called(registry, &e.effect);
     let sizes: Vec<String> =
         runs.iter().zip(&e.in_runs).map(|(run, [sigmas, _])| format!("{sigmas:.1} sigma in {run}")).collect();
     let amounts: Vec<String> = e.parameters.iter().map(amount).collect();
@@ -206,7 +208,7 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
         }
     }
     for difference in &c.differences {
-        out.push_str(&difference_sentence(difference, &names));
+        out.push_str(&difference_sentence(&c.model.registry, difference, &names));
         out.push('\n');
         let (named, others) = difference.aliased.split_at(difference.aliased.len().min(MOST_ALIASES));
         if !named.is_empty() {
@@ -217,7 +219,7 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
     out.push_str(&verdict_sentence(c));
     out.push('\n');
     for effect in &c.effects {
-        out.push_str(&effect_sentence(effect, &names));
+        out.push_str(&effect_sentence(&c.model.registry, effect, &names));
         out.push('\n');
     }
     let drifts = c.parameters.iter().any(|p| p.drift.is_some());

@@ -29,7 +29,7 @@ pub fn shifts_text(s: &Shifts) -> String {
         "Shift of each parameter, one sigma, when the truth holds an effect at its plausible size (each of its numbers, one sigma, \
          independently) and the model does not; without noise, to first order.\n",
     );
-    let untestable: Vec<String> = s.untestable.iter().map(|u| called(&u.effect)).collect();
+    let untestable: Vec<String> = s.untestable.iter().map(|u| called(&s.registry, &u.effect)).collect();
     if !untestable.is_empty() {
         text.push_str(&format!("These data cannot show: {}\n", untestable.join("; ")));
     }
@@ -48,7 +48,7 @@ fn table(s: &Shifts, unit: Unit) -> String {
         [name, size].into_iter().chain(columns.iter().map(cell)).collect::<Vec<String>>()
     };
     let mut rows: Vec<Vec<String>> =
-        s.effects().map(|numbers| row(numbers[0].effect.clone(), size(&numbers[0]), numbers)).collect();
+        s.effects().map(|numbers| row(numbers[0].effect.to_string(), size(&numbers[0]), numbers)).collect();
     rows.push(row("all of them".into(), String::new(), &s.shifts));
     plain_rows(&header, &rows)
 }
@@ -64,6 +64,7 @@ fn size(shift: &Shift) -> String {
 mod tests {
     use super::*;
     use calibench::diagnosis::shifts::Shifted;
+    use calibench::effects::registry::Registry;
 
     fn shifts() -> Shifts {
         let shift = |effect: &str, number: &str, by: [f64; 2]| Shift {
@@ -83,6 +84,7 @@ mod tests {
                 shift("lean", "lean.k", [12e-6, c.to_si(-0.4)]),
             ],
             untestable: Vec::new(),
+            registry: Registry::default(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
+use calibench::effects::EffectId;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::{OrientationErrors, Validation};
@@ -81,7 +82,7 @@ pub fn parameter_table(c: &Calibration) -> String {
     for e in c.estimates.iter().filter(|e| e.stated_sigma.is_none()) {
         let unit = |x: f64| e.unit.from_si(x);
         let d = decimals(unit(e.sigma));
-        let flag = if e.effect.starts_with("joint_compliance") && e.value < -3.0 * e.sigma {
+        let flag = if e.effect.family() == EffectId::JOINT_COMPLIANCE && e.value < -3.0 * e.sigma {
             "  (negative: not physical)"
         } else {
             ""
@@ -116,7 +117,7 @@ const WIDER: f64 = 1.05;
 /// Parameters of some effects, with one-sigma.
 pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
     let mut out = table(&["parameter", "value", "1 sigma", "unit"]);
-    for e in c.estimates.iter().filter(|e| effects.contains(&e.effect)) {
+    for e in c.estimates.iter().filter(|e| effects.iter().any(|effect| e.effect == *effect)) {
         let d = decimals(e.unit.from_si(e.sigma));
         let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
         out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.printed().into_owned()]);

@@ -142,8 +142,9 @@ pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
         format!(
             "WARNING: {plain} The shapes of {} are known only where they were seen: THERE THEIR CORRECTION IS A GUESS. Measure there, or do not rely on it there.",
             match e.shapes.len() {
-                few if few <= MOST_SHAPES => all_called(&e.shapes),
-                many => format!("{} and {} more effects", all_called(&e.shapes[..MOST_SHAPES]), many - MOST_SHAPES),
+                few if few <= MOST_SHAPES => all_called(&e.registry, &e.shapes),
+                many =>
+                    format!("{} and {} more effects", all_called(&e.registry, &e.shapes[..MOST_SHAPES]), many - MOST_SHAPES),
             }
         )
     })

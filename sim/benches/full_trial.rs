@@ -8,7 +8,7 @@ mod works;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use calibench::effects::{Subject, build};
+use calibench::effects::{EffectId, Subject, build};
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Adjustment, Model};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
@@ -110,7 +110,7 @@ impl<'a> FullTrial<'a> {
         }
         let of = |name: &str| self.problem.parameters().iter().position(|p| p.name == name).map_or(0.0, |k| sizes[k]);
         let subject = Subject::new(&self.parts.robot, &[]);
-        let effect = |id: &String| -> Arc<dyn Flaw> {
+        let effect = |id: &EffectId| -> Arc<dyn Flaw> {
             let effect: Arc<dyn calibench::effects::Effect> = build(id, &subject).unwrap().into();
             let sizes = effect.parameters().iter().map(|spec| of(&spec.name)).collect();
             Arc::new(TrueEffect { effect, sizes })

@@ -1,34 +1,35 @@
 //! Comparison of effect names.
 
 use calibench::effects::EffectId;
+use calibench::effects::family::Scan;
+use calibench::effects::registry::Registry;
 
-/// True if two ids name the same effect; for ids with a moment found by a scan, the moments are not compared.
+/// True if two ids of the catalogue name the same effect; for ids with a moment found by a scan, the moments are not compared.
 pub fn same(a: &str, b: &str) -> bool {
-    a == b || (step_of(a).is_some() && step_of(a) == step_of(b)) || (a.starts_with("outlier") && b == "outlier")
+    let is_sample = |id: &str| Registry::catalogue().family(id).is_some_and(|f| f.scan == Scan::Sample);
+    a == b || (step_of(a).is_some() && step_of(a) == step_of(b)) || (is_sample(a) && b == EffectId::OUTLIER)
 }
 
-/// The stepped quantity of an id, without the moment.
-fn step_of(id: &str) -> Option<String> {
-    let (kind, rest) = id.split_once("_step")?;
-    let of = if matches!(kind, "joint" | "ball") { rest.split(':').nth(1).unwrap_or_default() } else { "" };
-    Some(format!("{kind}:{of}"))
+/// The family of a step and the joint or ball that it names, without the moment.
+fn step_of(id: &str) -> Option<(&'static str, String)> {
+    let family = Registry::catalogue().family(id).filter(|f| f.scan == Scan::Time)?;
+    let names_one = family.arguments.matches(':').count() > 1;
+    let of = EffectId::new(id).argument(0).filter(|_| names_one).unwrap_or_default().to_owned();
+    Some((family.id, of))
 }
 
-/// The joint that an effect names, counted from 1.
+/// The joint that an effect of the catalogue names, counted from 1.
 pub fn joint_of(id: &str) -> Option<usize> {
-    let id = EffectId::new(id);
-    let other = ["ball", "outlier", "base_step", "tool_step", "ball_step", "artifact_step"].contains(&id.family())
-        || id.family().starts_with("gauge");
-    if other { None } else { id.argument(0)?.parse().ok() }
+    Registry::catalogue().family(id)?.joint(&EffectId::new(id))
 }
 
 /// The id up to its first colon.
 pub fn family_of(id: &str) -> &str {
-    EffectId::new(id).family()
+    id.split_once(':').map_or(id, |(family, _)| family)
 }
 
 /// True if a model with these `effects` contains the given one, by itself or through its whole family.
-pub fn holds(effects: &[String], id: &str) -> bool {
+pub fn holds(effects: &[EffectId], id: &str) -> bool {
     effects.iter().any(|e| e == id || e == family_of(id))
 }
 
@@ -56,7 +57,7 @@ mod tests {
 
     #[test]
     fn a_family_holds_its_members() {
-        let model = ["joint_compliance".to_owned(), "harmonic1:2".to_owned()];
+        let model = ["joint_compliance", "harmonic1:2"].map(EffectId::new);
         assert!(holds(&model, "joint_compliance:3") && holds(&model, "harmonic1:2") && !holds(&model, "harmonic1:3"));
         assert!(
             belongs("harmonic1:2", "harmonic1")

@@ -1,6 +1,7 @@
 //! Comparison with the ground truth: after a run whose truth is known, one entry for each effect hidden in it.
 
 use calibench::diagnosis::{Diagnosis, Examination, Finding, Verdict, diagnose_examined};
+use calibench::effects::EffectId;
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::{Use, missing};
@@ -84,7 +85,7 @@ pub struct GroundTruth {
     /// Verdict of the diagnosis.
     pub verdict: Verdict,
     /// The effect it names first, and true if that is a false alarm: nothing of the kind is hidden.
-    pub named: Option<(String, bool)>,
+    pub named: Option<(EffectId, bool)>,
 }
 
 /// Compares the truth of a scenario, sampled from `streams`, with a calibration of `dataset` and its diagnosis.
@@ -235,15 +236,15 @@ fn of_keys(keys: &TruthToml) -> Vec<Other> {
     for (name, error) in &keys.payload {
         if error.mass_error_kg != 0.0 {
             let size = format!("{:+} kg", error.mass_error_kg);
-            add(format!("payload.{name}.mass_error_kg"), size, vec!["payload_mass".into()], false);
+            add(format!("payload.{name}.mass_error_kg"), size, vec![EffectId::PAYLOAD_MASS.into()], false);
         }
         if error.com_error_mm.iter().any(|&v| v != 0.0) {
             let size = format!("{:?} mm", error.com_error_mm);
-            add(format!("payload.{name}.com_error_mm"), size, vec!["payload_com".into()], false);
+            add(format!("payload.{name}.com_error_mm"), size, vec![EffectId::PAYLOAD_COM.into()], false);
         }
     }
     if keys.link_mass_error.iter().any(|&e| e != 0.0) {
-        add("link_mass_error".into(), format!("{:?}", keys.link_mass_error), vec!["link_mass".into()], false);
+        add("link_mass_error".into(), format!("{:?}", keys.link_mass_error), vec![EffectId::LINK_MASS.into()], false);
     }
     of_mechanism(&keys.mujoco, &mut add);
     all
@@ -253,15 +254,19 @@ fn of_keys(keys: &TruthToml) -> Vec<Other> {
 fn of_mechanism(keys: &MujocoToml, add: &mut dyn FnMut(String, String, Vec<String>, bool)) {
     if let Some(p) = &keys.pedestal {
         let size = format!("{}, {} µrad/(N·m)", p.x_urad_per_nm, p.y_urad_per_nm);
-        add("mujoco.pedestal".into(), size, vec!["pedestal".into()], false);
+        add("mujoco.pedestal".into(), size, vec![EffectId::PEDESTAL.into()], false);
     }
     let mut of_joint = |what: &str, joint: usize, size: String, twin: &str| {
         add(format!("mujoco.{what}:{joint}"), size, vec![format!("{twin}:{joint}")], false);
     };
-    keys.bearing.iter().for_each(|b| of_joint("bearing", b.joint, format!("{} µrad/(N·m)", b.urad_per_nm), "bearing_tilt"));
-    keys.friction.iter().for_each(|f| of_joint("friction", f.joint, format!("{} N·m", f.torque_nm), "hysteresis"));
+    keys.bearing
+        .iter()
+        .for_each(|b| of_joint("bearing", b.joint, format!("{} µrad/(N·m)", b.urad_per_nm), EffectId::BEARING_TILT));
+    keys.friction.iter().for_each(|f| of_joint("friction", f.joint, format!("{} N·m", f.torque_nm), EffectId::HYSTERESIS));
     keys.stiffening.iter().for_each(|s| {
-        of_joint("stiffening", s.joint, format!("{} of the twist at {} N·m", s.share, s.at_nm), "stiffening");
+        of_joint("stiffening", s.joint, format!("{} of the twist at {} N·m", s.share, s.at_nm), EffectId::STIFFENING);
     });
-    keys.backlash.iter().for_each(|b| of_joint("backlash", b.joint, format!("{} µrad wide", b.width_urad), "gravity_backlash"));
+    keys.backlash
+        .iter()
+        .for_each(|b| of_joint("backlash", b.joint, format!("{} µrad wide", b.width_urad), EffectId::GRAVITY_BACKLASH));
 }

@@ -18,6 +18,7 @@ mod third_harmonic;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use calibench::effects::EffectId;
 use calibench::measure::dataset::Dataset;
 use calibench::robot::Robot;
 use calibench::robot::kinematics::Posture;
@@ -104,10 +105,12 @@ impl HiddenToml {
 
     /// Members of the catalogue that are the same under another name: naming one of them is correct.
     pub fn twins(&self) -> Vec<String> {
-        let third = self.third_harmonic.as_ref().map(|f| format!("harmonic:{}:3", f.joint));
-        let wrist =
-            self.cross_coupled_wrist.iter().flat_map(|_| ["cross_compliance:3:5", "cross_compliance:4:5"].map(String::from));
-        let ball = self.moved_ball.as_ref().map(|f| format!("ball_step:{}", f.ball));
+        let third = self.third_harmonic.as_ref().map(|f| format!("{}:{}:3", EffectId::HARMONIC, f.joint));
+        let wrist = self
+            .cross_coupled_wrist
+            .iter()
+            .flat_map(|_| ["3:5", "4:5"].map(|joints| EffectId::member(EffectId::CROSS_COMPLIANCE, joints).into()));
+        let ball = self.moved_ball.as_ref().map(|f| format!("{}:{}", EffectId::BALL_STEP, f.ball));
         third.into_iter().chain(wrist).chain(ball).collect()
     }
 }

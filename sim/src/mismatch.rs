@@ -7,7 +7,6 @@
 
 use calibench::effects::EffectId;
 use calibench::effects::facts::Stray;
-use calibench::effects::registry::family;
 use calibench::effects::situation::Situation;
 use calibench::robot::sites::Site;
 use rand::{Rng, RngExt};
@@ -38,13 +37,13 @@ struct Misshapen {
     distortion: Distortion,
 }
 
-/// The effect with a shape sampled at this mismatch (0 to 1), if it has a shape constant. Always takes exactly one number
+/// The effect with a shape sampled at this mismatch (0 to 1), if its family has a shape constant, as `stray` says. Always takes exactly one number
 /// from `rng`.
-pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -> Box<dyn Flaw> {
+pub(crate) fn misshapen(effect: TrueEffect, stray: Stray, mismatch: f64, rng: &mut impl Rng) -> Box<dyn Flaw> {
     let draw = rng.random_range(-1.0..=1.0f64);
     let swing = mismatch * draw;
     let id = effect.effect.id();
-    let distortion = match family(id).map_or(Stray::None, |f| f.stray) {
+    let distortion = match stray {
         Stray::None => return Box::new(effect),
         Stray::Power { nominal, spread } => Distortion::Power { nominal, truly: nominal + spread * swing },
         Stray::Closing(factor) => Distortion::Closing(factor.powf(swing)),

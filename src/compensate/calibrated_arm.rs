@@ -91,21 +91,21 @@ impl<'a> CalibratedArm<'a> {
         };
         let balls = balls(calibration);
         let subject = calibration.model.subject(robot, &balls);
-        let mut ids: Vec<&str> = Vec::new();
+        let mut ids: Vec<&EffectId> = Vec::new();
         for estimate in &calibration.estimates {
-            if !ids.contains(&estimate.effect.as_str()) {
+            if !ids.contains(&&estimate.effect) {
                 ids.push(&estimate.effect);
             }
         }
         for id in ids {
             let effect = build(id, &subject)?;
             // There are no balls here, and errors of another tool do not apply to this one.
-            let elsewhere = effect.owner() == Owner::Artifact || (setup.own_tool && TOOL.contains(&family(id)));
+            let elsewhere = effect.owner() == Owner::Artifact || (setup.own_tool && TOOL.contains(&id.family()));
             if elsewhere {
                 continue;
             }
             if effect.needs().contains(&Needs::Torques) && !robot.has_masses() {
-                return Err(TaskError::NoMasses { effect: id.into() });
+                return Err(TaskError::NoMasses { effect: id.to_string() });
             }
             let first = arm.values.len();
             for spec in effect.parameters() {
@@ -114,15 +114,15 @@ impl<'a> CalibratedArm<'a> {
                     _ => spec.name.clone(),
                 };
                 let place = calibration.estimates.iter().position(|e| e.name == name);
-                let start = |e: usize| match base_axis(&spec.name).filter(|_| id == BASE) {
+                let start = |e: usize| match base_axis(&spec.name).filter(|_| id == EffectId::BASE_FRAME) {
                     Some(axis) => setup.measured.base.to_array()[axis],
                     None => calibration.estimates[e].nominal,
                 };
                 arm.values.push(place.map_or(0.0, |e| calibration.estimates[e].value - start(e)));
                 // The pose of the base in the world is irrelevant to targets given relative to the base.
-                arm.estimates.push(place.filter(|_| setup.in_world || id != BASE));
+                arm.estimates.push(place.filter(|_| setup.in_world || id != EffectId::BASE_FRAME));
             }
-            if family(id) == COMPLIANCE {
+            if id.family() == EffectId::JOINT_COMPLIANCE {
                 for (k, spec) in effect.parameters().iter().enumerate() {
                     let joint = (0..n).find(|j| spec.name == format!("c{}", j + 1));
                     joint.into_iter().for_each(|j| arm.compliance[j] += arm.values[first + k]);
@@ -142,7 +142,7 @@ impl<'a> CalibratedArm<'a> {
     /// errors of the arm, not as its pose.
     pub fn world_from_root(&self) -> Pose {
         let mut base = self.base.to_array();
-        if let Some(found) = self.effects.iter().find(|i| i.effect.id() == BASE) {
+        if let Some(found) = self.effects.iter().find(|i| i.effect.id() == EffectId::BASE_FRAME) {
             for (k, spec) in found.effect.parameters().iter().enumerate() {
                 base_axis(&spec.name).into_iter().for_each(|axis| base[axis] += self.values[found.first + k]);
             }
@@ -257,16 +257,8 @@ impl Kinematics for CalibratedArm<'_> {
     }
 }
 
-/// The effect that defines the pose of the base.
-pub(super) const BASE: &str = "base_frame";
-/// The family whose parameters are the compliances of the joints.
-const COMPLIANCE: &str = "joint_compliance";
 /// Effects of the calibrated tool.
-const TOOL: [&str; 2] = ["tool_frame", "tool_step"];
-
-fn family(id: &str) -> &str {
-    EffectId::new(id).family()
-}
+const TOOL: [&str; 2] = [EffectId::TOOL_FRAME, EffectId::TOOL_STEP];
 
 /// Index among x, y, z, rz, ry, rx of a base parameter, by its name.
 fn base_axis(name: &str) -> Option<usize> {
@@ -276,7 +268,7 @@ fn base_axis(name: &str) -> Option<usize> {
 /// Names of the balls to which effects refer: they must be known to build those effects.
 fn balls(calibration: &Calibration) -> Vec<String> {
     let mut balls: Vec<String> = Vec::new();
-    let effects = calibration.estimates.iter().filter_map(|e| e.effect.strip_prefix("ball:"));
+    let effects = calibration.estimates.iter().filter_map(|e| e.effect.ball_name());
     let sites = calibration.model.own.iter().flat_map(|own| &own.terms);
     let of_sites = sites.filter_map(|term| term.site.strip_prefix("ball:")?.rsplit_once(':').map(|(ball, _)| ball));
     for ball in effects.chain(of_sites) {

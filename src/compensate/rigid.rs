@@ -3,14 +3,14 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::calibrated_arm::BASE;
 use super::calibrated_arm::CalibratedArm;
+use crate::effects::EffectId;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::SiteIndex;
 use crate::robot::{FramePose, Robot};
 
 /// Effects that do not depend on the posture: base, links, TCP.
-const RIGID: [&str; 3] = [BASE, "mdh", "tool_frame"];
+const RIGID: [&str; 3] = [EffectId::BASE_FRAME, EffectId::MDH, EffectId::TOOL_FRAME];
 
 /// Number of postures at which the remainder is evaluated.
 const POSTURES: usize = 1000;

@@ -1,8 +1,12 @@
-//! Assigns a curve of any shape to a family of the catalogue, by projection on the families' shapes.
+//! Assigns a curve of any shape to a family of effects, by projection on the families' shapes.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::heat_map::{Curve, Variable};
+use crate::effects::EffectId;
+use crate::effects::facts::{CurveShape, Follows, Period};
+use crate::effects::family::Family;
+use crate::effects::registry::Registry;
 
 /// A family must explain at least this share of a curve.
 const SHARE: f64 = 0.85;
@@ -16,16 +20,16 @@ const ORDERS: std::ops::RangeInclusive<u32> = 3..=12;
 /// A family to which a curve belongs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveFamily {
-    /// Id of the effect in the catalogue.
-    pub effect: String,
+    /// Id of the effect in a model.
+    pub effect: EffectId,
     /// Share of the curve's weighted squares about its mean that the family's shape explains.
     pub share: f64,
 }
 
 impl CurveFamily {
     /// Finds the family of a curve; `None` if no family explains enough of it.
-    pub fn of(curve: &Curve) -> Option<Self> {
-        let best = shapes(curve).into_iter().fold(None, |best: Option<CurveFamily>, (effect, columns)| {
+    pub fn of(curve: &Curve, registry: &Registry) -> Option<Self> {
+        let best = shapes(curve, registry).into_iter().fold(None, |best: Option<CurveFamily>, (effect, columns)| {
             let share = share(curve, &columns);
             let better = best.as_ref().is_none_or(|b| share > b.share + BETTER);
             if better { Some(CurveFamily { effect, share }) } else { best }
@@ -34,28 +38,36 @@ impl CurveFamily {
     }
 }
 
-type Shape = (String, Vec<Vec<f64>>);
+type Shape = (EffectId, Vec<Vec<f64>>);
 
-/// Shapes over the curve's variable, simple ones first.
-fn shapes(curve: &Curve) -> Vec<Shape> {
+/// Shapes of the families of `registry` over the curve's variable, simple ones first.
+fn shapes(curve: &Curve, registry: &Registry) -> Vec<Shape> {
     let joint = curve.joint + 1;
+    let (arguments, follows): (String, &[Follows]) = match curve.variable {
+        Variable::Angle(j) if j == curve.joint => (joint.to_string(), &[Follows::JointAngle, Follows::JointAngleInProportion]),
+        Variable::Torque(j) if j == curve.joint => (joint.to_string(), &[Follows::JointTorque]),
+        Variable::Torque(j) => (format!("{joint}:{}", j + 1), &[Follows::OtherTorque]),
+        _ => return Vec::new(),
+    };
     let of = |f: &dyn Fn(f64) -> f64| curve.at.iter().map(|&x| f(x)).collect::<Vec<f64>>();
     let wave = |k: u32| vec![of(&|x| (f64::from(k) * x).sin()), of(&|x| (f64::from(k) * x).cos())];
-    match curve.variable {
-        Variable::Angle(j) if j == curve.joint => {
-            let plain = [(format!("joint_scale:{joint}"), vec![of(&|x| x)])];
-            let named = [(format!("harmonic1:{joint}"), wave(1)), (format!("harmonic2:{joint}"), wave(2))];
-            let others = ORDERS.map(|k| (format!("harmonic:{joint}:{k}"), wave(k)));
-            plain.into_iter().chain(named).chain(others).collect()
+    let of_family = |family: &'static Family| -> Vec<(u32, Shape)> {
+        let id = EffectId::member(family.id, &arguments);
+        match (family.curve, family.period) {
+            (CurveShape::Line, _) => vec![(0, (id, vec![of(&|x| x)]))],
+            (CurveShape::Wave, Period::PerTurn(k)) => vec![(k, (id, wave(k)))],
+            (CurveShape::Wave, Period::LastArgument) => {
+                ORDERS.map(|k| (k, (EffectId::new(&format!("{id}:{k}")), wave(k)))).collect()
+            }
+            (CurveShape::Square, _) => vec![(1, (id, vec![of(&|x| x * x.abs())]))],
+            (CurveShape::Sign, _) => vec![(2, (id, vec![of(&|x| if x == 0.0 { 0.0 } else { x.signum() })]))],
+            (CurveShape::Wave, Period::None) | (CurveShape::None, _) => Vec::new(),
         }
-        Variable::Torque(j) if j == curve.joint => vec![
-            (format!("joint_compliance:{joint}"), vec![of(&|x| x)]),
-            (format!("stiffening:{joint}"), vec![of(&|x| x * x.abs())]),
-            (format!("gravity_backlash:{joint}"), vec![of(&|x| if x == 0.0 { 0.0 } else { x.signum() })]),
-        ],
-        Variable::Torque(j) => vec![(format!("cross_compliance:{joint}:{}", j + 1), vec![of(&|x| x)])],
-        _ => Vec::new(),
-    }
+    };
+    let families = registry.families().filter(|f| f.follows.first().is_some_and(|first| follows.contains(first)));
+    let mut all: Vec<(u32, Shape)> = families.flat_map(of_family).collect();
+    all.sort_by_key(|(order, _)| *order);
+    all.into_iter().map(|(_, shape)| shape).collect()
 }
 
 /// Share of the curve's squares about its mean that the columns explain; points are weighted by their uncertainty.
@@ -84,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_sine_is_a_harmonic_and_a_bump_is_nothing() {
-        let found = |c: &Curve| CurveFamily::of(c).map(|f| f.effect);
+        let found = |c: &Curve| CurveFamily::of(c, Registry::catalogue()).map(|f| f.effect);
         assert_eq!(found(&curve(|q| 2e-4 * (q + 0.3).sin())).as_deref(), Some("harmonic1:1"));
         assert_eq!(found(&curve(|q| 2e-4 * (2.0 * q).cos())).as_deref(), Some("harmonic2:1"));
         assert_eq!(found(&curve(|q| 1e-4 * q)).as_deref(), Some("joint_scale:1"));

@@ -9,6 +9,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Discrete, Poisson};
 
 use super::examination::Examination;
+use crate::effects::EffectId;
+use crate::effects::registry::Registry;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
@@ -28,7 +30,7 @@ const ABSURD: f64 = 1e3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sight {
     /// Its id.
-    pub effect: String,
+    pub effect: EffectId,
     /// Share of its energy that the fitted model absorbs into wrong parameter values.
     pub absorbed: f64,
     /// Remaining signal when each of its parameters has its plausible size: rms over all residuals, in units of their
@@ -63,6 +65,8 @@ pub struct Detectability {
     pub power: f64,
     /// Effects that cannot be tested, and the data that they need.
     pub untestable: Vec<super::library::Untestable>,
+    /// The families to which the effects belong.
+    pub registry: Registry,
 }
 
 impl Detectability {
@@ -133,7 +137,13 @@ impl Detectability {
         let mut sights: Vec<Sight> = (0..candidates.len()).filter(|&k| examination.spans[k].count > 0).map(sight).collect();
         let size = |s: &Sight| s.smallest.unwrap_or(f64::INFINITY);
         sights.sort_by(|a, b| size(a).total_cmp(&size(b)));
-        Detectability { sights, level, power: POWER, untestable: examination.library.untestable.clone() }
+        Detectability {
+            sights,
+            level,
+            power: POWER,
+            untestable: examination.library.untestable.clone(),
+            registry: examination.model.registry.clone(),
+        }
     }
 }
 

@@ -149,7 +149,7 @@ impl Examination {
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
         let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
-            if EffectId::new(&parameter.effect).family() == "joint_compliance" {
+            if parameter.effect.family() == EffectId::JOINT_COMPLIANCE {
                 *value = parameter.spec.prior;
             }
         }
@@ -319,7 +319,7 @@ impl Examination {
         datasets: &[NamedDataset<'_>],
         effects: &[(String, Vec<f64>)],
     ) -> Result<Vec<f64>, IdentifyError> {
-        let candidates = effects.iter().map(|(id, _)| Candidate { id: id.clone(), family: id.clone() });
+        let candidates = effects.iter().map(|(id, _)| Candidate::new(id.as_str()));
         let beside = self.beside(datasets, candidates.collect())?;
         let rms = |(k, (_, sizes)): (usize, &(String, Vec<f64>))| {
             let Span { first, count } = beside.spans[k];
@@ -345,9 +345,8 @@ impl Examination {
         more: &[String],
     ) -> Result<Vec<(String, f64)>, IdentifyError> {
         let known = |id: &&String| self.library.place(id).is_none();
-        let others =
-            self.library.candidates.iter().map(|c| &c.id).chain(more.iter().filter(known)).filter(|other| *other != id);
-        let all = std::iter::once(id.to_owned()).chain(others.cloned()).map(Candidate::new).collect();
+        let others = self.library.candidates.iter().map(|c| c.id.whole()).chain(more.iter().filter(known).map(String::as_str));
+        let all = std::iter::once(id).chain(others.filter(|other| *other != id)).map(Candidate::new).collect();
         let beside = self.beside(datasets, all)?;
         let Span { first, count } = beside.spans[0];
         let sizes = DVector::from_fn(count, |i, _| {
@@ -360,7 +359,7 @@ impl Examination {
             if energy > 0.0 && other.count > 0 { (beside.seen_with(k, &with).explained().0 / energy).min(1.0) } else { 0.0 }
         };
         let mut shares: Vec<(String, f64)> =
-            (1..beside.spans.len()).map(|k| (beside.library.candidates[k].id.clone(), share(k))).collect();
+            (1..beside.spans.len()).map(|k| (beside.library.candidates[k].id.to_string(), share(k))).collect();
         shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
         Ok(shares)
     }

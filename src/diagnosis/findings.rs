@@ -74,7 +74,7 @@ pub(crate) fn findings(
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.circumstances.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
             rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
-            exactly_same: exact_aliases(&h.in_model, datasets),
+            exactly_same: exact_aliases(&h.in_model, &close.model.registry, datasets),
             parameters: parameters.collect(),
             size: Freely::of(close, k).size(),
         }
@@ -114,7 +114,8 @@ fn rms(numbers: &DVector<f64>) -> f64 {
 
 /// Name of a parameter without the prefix that repeats the effect's id.
 fn short_name(effect: &str, name: &str) -> String {
-    let family = EffectId::new(effect).family();
+    let id = EffectId::new(effect);
+    let family = id.family();
     [format!("{effect}."), format!("{family}."), format!("{family}:")]
         .iter()
         .find_map(|prefix| name.strip_prefix(prefix.as_str()))

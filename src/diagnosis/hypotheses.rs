@@ -86,8 +86,8 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
         orders.sort_unstable();
         orders.dedup();
     }
-    let id = |k: u32| format!("harmonic:{}:{k}", j + 1);
-    orders.retain(|&k| !examination.model.effects.contains(&id(k)) && examination.library.place(&id(k)).is_none());
+    let id = |k: u32| EffectId::member(EffectId::HARMONIC, format_args!("{}:{k}", j + 1));
+    orders.retain(|&k| !examination.model.lists(&id(k)) && examination.library.place(&id(k)).is_none());
     let plausible = plausible(examination, &id(*orders.first()?))?;
     let features = waves(&examination.circumstances.iter().map(|at| at.q[j]).collect::<Vec<f64>>(), &orders);
     let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Owned(features));
@@ -99,7 +99,7 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
             &sweep.block(2 * b, 2, plausible),
         )
     };
-    Tried::of(orders.par_iter().enumerate().map(trial).collect()).hypothesis(examination, str::to_owned)
+    Tried::of(orders.par_iter().enumerate().map(trial).collect()).hypothesis(examination, EffectId::clone)
 }
 
 /// Sine and cosine of each order times each angle (rad), two columns per order; `orders` is ascending. Computed by
@@ -129,12 +129,12 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
     let sweep = Sweep::of_each_sample(examination, background, &sweep::base(&examination.circumstances));
     let trial = |(i, id): (usize, &String)| {
         let in_model = effects::catalogue::setting_aside(id);
-        let is_new = !examination.model.effects.contains(&in_model);
-        let place = TriedPlace { place: Place::Sample(id.clone()), in_model };
+        let is_new = !examination.model.lists(&in_model);
+        let place = TriedPlace { place: Place::Sample(id.clone()), in_model: in_model.into() };
         is_new.then(|| Trial::new(examination, background, place, &sweep.of_sample(i, plausible)))
     };
     let trials: Vec<Option<Trial>> = ids.par_iter().enumerate().map(trial).collect();
-    Tried::of(trials.into_iter().flatten().collect()).hypothesis(examination, |_| "outlier".into())
+    Tried::of(trials.into_iter().flatten().collect()).hypothesis(examination, |_| EffectId::OUTLIER.into())
 }
 
 /// Reason why no place was found for an effect.
@@ -180,5 +180,5 @@ pub fn place(examination: &Examination, id: &str) -> Result<String, Unplaced> {
         }
         _ => return Ok(id.to_owned()),
     };
-    found.map(|h| h.in_model).ok_or(Unplaced::NoneLeft)
+    found.map(|h| h.in_model.into()).ok_or(Unplaced::NoneLeft)
 }

@@ -83,7 +83,7 @@ impl Shortlist {
         let hypotheses: Vec<Hypothesis> = places.into_iter().map(|k| all[k].clone()).collect();
         let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
         let close = examination.beside(datasets, candidates.collect())?;
-        let is_sample = |h: &Hypothesis| EffectId::new(&h.effect).family() == "outlier";
+        let is_sample = |h: &Hypothesis| h.effect.family() == EffectId::OUTLIER;
         let believable =
             hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
         Ok(Shortlist { close, hypotheses, believable })
@@ -101,7 +101,7 @@ impl Shortlist {
 
     /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
     /// out at any size.
-    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Vec<(String, f64)> {
+    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Vec<(EffectId, f64)> {
         let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
         let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
         let told = self.unbelievable().filter(|(_, h)| is_sure(h));
@@ -137,7 +137,7 @@ struct Evidence<'a> {
     /// Number of them in the credible set.
     set: usize,
     list: Shortlist,
-    unbelievable: Vec<(String, f64)>,
+    unbelievable: Vec<(EffectId, f64)>,
     together: Explanation,
     /// Logarithm of the mean evidence of a hypothesis against the background, and of the evidence of all cases
     /// together, the background alone included.
@@ -167,7 +167,7 @@ impl<'a> Evidence<'a> {
             datasets,
             examination,
             background,
-            curve_family: heat_map.curve.as_ref().and_then(CurveFamily::of),
+            curve_family: heat_map.curve.as_ref().and_then(|curve| CurveFamily::of(curve, &examination.model.registry)),
             heat_map,
             relevance,
             scatter: Scatter::of(datasets, examination),
@@ -266,8 +266,8 @@ impl<'a> Evidence<'a> {
     }
 
     /// Effects of the credible set, including the one to be named first; empty if the verdict names no effects.
-    fn set95(&self, verdict: Verdict, first: Option<&Hypothesis>) -> Vec<String> {
-        let mut set95: Vec<String> = Vec::new();
+    fn set95(&self, verdict: Verdict, first: Option<&Hypothesis>) -> Vec<EffectId> {
+        let mut set95: Vec<EffectId> = Vec::new();
         if verdict.names_effects() {
             set95.extend(self.hypotheses[..self.set].iter().map(|h| h.effect.clone()));
             if let Some(first) = first.filter(|f| !set95.contains(&f.effect)) {
@@ -342,7 +342,8 @@ impl<'a> Evidence<'a> {
             background: self.background.size(),
             findings: self.findings(first.as_ref()),
             contributions: contributions(examination, &self.relevance),
-            fitted: examination.model.effects.clone(),
+            fitted: examination.model.ids(),
+            registry: examination.model.registry.clone(),
             unbelievable: self.unbelievable,
             curve_family: self.curve_family,
             scatter: self.scatter,

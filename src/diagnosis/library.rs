@@ -14,15 +14,13 @@ use crate::robot::Robot;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Its id.
-    pub id: String,
-    /// Its family, the id up to the first colon.
-    pub family: String,
+    pub id: EffectId,
 }
 
 impl Candidate {
     /// The candidate with this id.
-    pub fn new(id: String) -> Self {
-        Candidate { family: EffectId::new(&id).family().to_owned(), id }
+    pub fn new(id: impl Into<EffectId>) -> Self {
+        Candidate { id: id.into() }
     }
 }
 
@@ -30,7 +28,7 @@ impl Candidate {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Untestable {
     /// Its id.
-    pub effect: String,
+    pub effect: EffectId,
     /// The data that are missing.
     pub needs: &'static str,
 }
@@ -57,7 +55,7 @@ impl Library {
         library.balls = if datasets.iter().all(|d| d.dataset.ball_ids() == balls) { balls.clone() } else { Vec::new() };
         library.other_targets = fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. }));
         let subject = model.subject(&first.robot, &balls);
-        let not_in = |f: &&Family| !model.effects.iter().any(|e| EffectId::new(e).family() == f.id);
+        let not_in = |f: &&Family| !model.effects.iter().any(|e| e.family() == f.id);
         let as_wholes = model.registry.families().filter(|f| f.offered == Offered::AsWholeToo).filter(not_in);
         let wholes: Vec<String> = as_wholes.map(|f| f.id.to_owned()).collect();
         for id in wholes.iter().cloned().chain(effects::registry::ids(&subject)).chain(gear_ripple(&first.robot)) {
@@ -68,7 +66,7 @@ impl Library {
             }
             match missing_somewhere(effect.as_ref(), datasets, model) {
                 // The missing data are reported for the members instead.
-                Some(_) if wholes.contains(&candidate.id) && !model.is_unregularised(&candidate.id) => {}
+                Some(_) if wholes.iter().any(|whole| candidate.id == *whole) && !model.is_unregularised(&candidate.id) => {}
                 Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
                 None => library.candidates.push(candidate),
             }
@@ -141,7 +139,8 @@ fn is_offered(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> bool {
 /// Ripple of gears with a known ratio, once and twice per turn of the wave generator: with the order known, no scan is
 /// needed.
 fn gear_ripple(robot: &Robot) -> Vec<String> {
-    let of_joint = |(j, ratio): (usize, &f64)| [1.0, 2.0].map(|k| format!("harmonic:{}:{}", j + 1, (k * ratio).round()));
+    let of_joint =
+        |(j, ratio): (usize, &f64)| [1.0, 2.0].map(|k| format!("{}:{}:{}", EffectId::HARMONIC, j + 1, (k * ratio).round()));
     robot.gear_ratios.iter().enumerate().flat_map(of_joint).collect()
 }
 

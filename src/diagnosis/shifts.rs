@@ -9,6 +9,8 @@ use nalgebra::DMatrix;
 
 use super::examination::Examination;
 use super::library::{Candidate, Library, Untestable, scanned_at};
+use crate::effects::EffectId;
+use crate::effects::registry::Registry;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Prior, Use};
@@ -32,7 +34,7 @@ pub struct Shifted {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shift {
     /// Id of the effect.
-    pub effect: String,
+    pub effect: EffectId,
     /// Name of the effect's parameter.
     pub number: String,
     /// Its plausible size, SI.
@@ -52,6 +54,8 @@ pub struct Shifts {
     pub shifts: Vec<Shift>,
     /// Effects that these data cannot show, and the data that they need.
     pub untestable: Vec<Untestable>,
+    /// The families to which the effects belong.
+    pub registry: Registry,
 }
 
 impl Shifts {
@@ -99,6 +103,7 @@ impl Shifts {
             parameters: flat.iter().map(parameter).collect(),
             shifts: library.candidates.iter().zip(spans).flat_map(of_candidate).collect(),
             untestable: Vec::new(),
+            registry: examination.model.registry.clone(),
         }
     }
 

@@ -15,7 +15,7 @@ pub struct Symptom {
     /// Name of the parameter.
     pub parameter: String,
     /// The effect of the parameter.
-    pub effect: String,
+    pub effect: EffectId,
     /// Estimate, SI.
     pub value: f64,
     /// One-sigma, SI.
@@ -48,9 +48,9 @@ impl Symptom {
     /// The joint that the effect belongs to, counted from 1; `None` if it belongs to none.
     pub fn joint(&self) -> Option<usize> {
         let compliance = || self.parameter.split('@').next().unwrap_or_default().strip_prefix('c');
-        match EffectId::new(&self.effect).rest() {
+        match self.effect.rest() {
             Some(joint) => joint.parse().ok(),
-            None if self.effect == "joint_compliance" => compliance().and_then(|j| j.parse().ok()),
+            None if self.effect == EffectId::JOINT_COMPLIANCE => compliance().and_then(|j| j.parse().ok()),
             None => None,
         }
     }

@@ -46,8 +46,6 @@ mod unsettled;
 mod wrist_coupling;
 
 pub use outlier::{set_aside_by, setting_aside};
-pub use probe_rotation::PROBE_ROTATION;
-pub(crate) use target::place_of_target;
 
 use super::family::Family;
 

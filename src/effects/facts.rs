@@ -97,6 +97,18 @@ pub enum Unphysical {
     NegativeMass,
 }
 
+impl Unphysical {
+    /// Families whose absence from a model pushes a value of the same joint there.
+    pub fn symptom_of(self) -> &'static [&'static str] {
+        match self {
+            Unphysical::NegativeCompliance => &[EffectId::STIFFENING, EffectId::HARMONIC_1, EffectId::HARMONIC_2],
+            Unphysical::Softening => &[EffectId::HARMONIC_1, EffectId::GRAVITY_BACKLASH],
+            Unphysical::LostMotionAgainstLoad => &[EffectId::STIFFENING, EffectId::HARMONIC_1],
+            Unphysical::NegativeMass => &[],
+        }
+    }
+}
+
 /// The values that a parameter of the family can have, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physical {
@@ -186,13 +198,41 @@ impl Period {
     /// assert_eq!(ripple.period.per_turn(&EffectId::new("harmonic:2:17")), Some(17));
     /// # Ok::<(), &str>(())
     /// ```
-    pub fn per_turn(&self, id: &EffectId<'_>) -> Option<u32> {
+    pub fn per_turn(&self, id: &EffectId) -> Option<u32> {
         match *self {
             Period::None => None,
             Period::PerTurn(order) => Some(order),
             Period::LastArgument => id.last_argument()?.parse().ok(),
         }
     }
+}
+
+/// The shape of a joint's error over the variable that it follows first, by which a family is recognised in a measured curve.
+///
+/// Its members are `FAMILY:J`; those that follow the torque of another joint are `FAMILY:J:K`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CurveShape {
+    /// None that tells it from others.
+    None,
+    /// In proportion to the variable.
+    Line,
+    /// As often per revolution as its [`Period`] says.
+    Wave,
+    /// In proportion to the square of the variable, with its sign.
+    Square,
+    /// By the sign of the variable alone.
+    Sign,
+}
+
+/// Another effect that moves the same samples by the same amounts, so that no fit can distinguish the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Alias {
+    /// None.
+    None,
+    /// If only balls are measured, the member of this family with the same arguments.
+    OnBalls(&'static str),
+    /// The sample set aside, if the effect moves only one: its first argument is a ball, its last the time if it is a step.
+    OfOnlySample,
 }
 
 /// The meaning of a family, in shop-floor terms.

@@ -4,7 +4,7 @@ use super::*;
 use crate::robot::JointKind;
 
 /// Builds an effect from its id, for a robot and an artifact.
-pub type Build = fn(&EffectId<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
+pub type Build = fn(&EffectId, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
 
 /// Origin of an effect: tables separate them, since the remedy differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,12 +70,16 @@ pub struct Family {
     pub linear_range: LinearRange,
     /// Its periods per revolution of its joint.
     pub period: Period,
+    /// The shape of a joint's error over what it follows.
+    pub curve: CurveShape,
     /// Its meaning, and what to inspect.
     pub meaning: Meaning,
     /// Its appearance in the residuals.
     pub signature: Signature,
     /// Possible deviation of its true shape from the equation.
     pub stray: Stray,
+    /// The effect with which it is exactly aliased in some data.
+    pub alias: Alias,
     /// Arguments of its members (`""`, `":2"`), except the scanned one.
     pub members: fn(&Subject<'_>) -> Vec<String>,
     /// Builds the effect from its whole id, split at the colons.
@@ -95,7 +99,7 @@ impl Family {
 
     /// The first joint named by an id of this family, counted from 1; `None` if its members do not belong to a joint, or if
     /// the id names none.
-    pub fn joint(&self, id: &EffectId<'_>) -> Option<usize> {
+    pub fn joint(&self, id: &EffectId) -> Option<usize> {
         if self.is_of_joint() { id.number(0) } else { None }
     }
 

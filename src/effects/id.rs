@@ -1,11 +1,21 @@
 //! Effect ids, parsed in one place into the family's name and its arguments.
 
+use std::borrow::Borrow;
+use std::cmp::Ordering;
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use super::{EffectError, Subject};
 use crate::robot::JointKind;
 
-/// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, split at its colons.
+/// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, split at its first colon.
 ///
-/// The arguments are not checked here but when the effect is built for a robot and an artifact.
+/// It reads and compares as its text. The arguments are not checked here but when the effect is built for a robot and an
+/// artifact.
 ///
 /// ```
 /// use calibench::effects::EffectId;
@@ -13,45 +23,47 @@ use crate::robot::JointKind;
 /// let id = EffectId::new("harmonic:2:17");
 /// assert_eq!((id.family(), id.number(0), id.last_argument()), ("harmonic", Some(2), Some("17")));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct EffectId<'a> {
-    whole: &'a str,
-    family: &'a str,
-    rest: Option<&'a str>,
+#[derive(Clone)]
+pub struct EffectId {
+    whole: Arc<str>,
+    /// Length of the family's name.
+    family: usize,
 }
 
-impl<'a> EffectId<'a> {
+impl EffectId {
     /// Splits an id.
-    pub fn new(whole: &'a str) -> Self {
-        match whole.split_once(':') {
-            Some((family, rest)) => EffectId { whole, family, rest: Some(rest) },
-            None => EffectId { whole, family: whole, rest: None },
-        }
+    pub fn new(whole: &str) -> Self {
+        EffectId { family: whole.find(':').unwrap_or(whole.len()), whole: whole.into() }
+    }
+
+    /// The member of a family with these arguments.
+    pub fn member(family: &str, arguments: impl fmt::Display) -> Self {
+        EffectId { whole: format!("{family}:{arguments}").into(), family: family.len() }
     }
 
     /// The whole id, as given.
-    pub fn whole(&self) -> &'a str {
-        self.whole
+    pub fn whole(&self) -> &str {
+        &self.whole
     }
 
     /// The part before the first colon.
-    pub fn family(&self) -> &'a str {
-        self.family
+    pub fn family(&self) -> &str {
+        &self.whole[..self.family]
     }
 
     /// The part after the first colon. Names of balls and samples may contain colons.
-    pub fn rest(&self) -> Option<&'a str> {
-        self.rest
+    pub fn rest(&self) -> Option<&str> {
+        self.whole.get(self.family + 1..)
     }
 
     /// Argument `k`, counted from 0.
-    pub fn argument(&self, k: usize) -> Option<&'a str> {
-        self.rest?.split(':').nth(k)
+    pub fn argument(&self, k: usize) -> Option<&str> {
+        self.rest()?.split(':').nth(k)
     }
 
     /// The part after the last colon: the argument varied by a scan.
-    pub fn last_argument(&self) -> Option<&'a str> {
-        self.rest?.rsplit(':').next()
+    pub fn last_argument(&self) -> Option<&str> {
+        self.rest()?.rsplit(':').next()
     }
 
     /// Argument `k` as a number counted from 1: a joint or an indicator.
@@ -61,7 +73,7 @@ impl<'a> EffectId<'a> {
 
     /// An error about the arguments.
     pub fn wrong(&self, problem: impl Into<String>) -> EffectError {
-        EffectError::Argument { id: self.whole.into(), problem: problem.into() }
+        EffectError::Argument { id: self.whole().into(), problem: problem.into() }
     }
 
     /// Requires no more than `most` arguments.
@@ -69,7 +81,7 @@ impl<'a> EffectId<'a> {
     /// # Errors
     /// If there are more.
     pub fn at_most(&self, most: usize) -> Result<(), EffectError> {
-        if self.rest.map_or(0, |rest| rest.split(':').count()) > most {
+        if self.rest().map_or(0, |rest| rest.split(':').count()) > most {
             return Err(self.wrong(format!("takes at most {most} argument(s)")));
         }
         Ok(())
@@ -82,7 +94,7 @@ impl<'a> EffectId<'a> {
     pub fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
         self.at_most(1)?;
         let turning = || (0..subject.robot.joints()).filter(|&j| subject.robot.kind(j) == JointKind::Revolute);
-        if self.rest.is_none() { Ok(turning().collect()) } else { Ok(vec![self.joint(0, subject)?]) }
+        if self.rest().is_none() { Ok(turning().collect()) } else { Ok(vec![self.joint(0, subject)?]) }
     }
 
     /// The revolute joint named by argument `k`. Counted from 0.
@@ -94,7 +106,7 @@ impl<'a> EffectId<'a> {
         match subject.robot.kind(j) {
             JointKind::Revolute => Ok(j),
             JointKind::Prismatic => {
-                Err(self.wrong(format!("joint {} is prismatic, and {} is of joints that turn", j + 1, self.family)))
+                Err(self.wrong(format!("joint {} is prismatic, and {} is of joints that turn", j + 1, self.family())))
             }
         }
     }
@@ -105,7 +117,7 @@ impl<'a> EffectId<'a> {
     /// If the robot has no such joint, or if there is more than one argument.
     pub fn any_joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
         self.at_most(1)?;
-        if self.rest.is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.any_joint(0, subject)?]) }
+        if self.rest().is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.any_joint(0, subject)?]) }
     }
 
     /// The joint named by argument `k`, which may be prismatic. Counted from 0.
@@ -125,7 +137,7 @@ impl<'a> EffectId<'a> {
     /// # Errors
     /// If it is not 1, 2 or 3.
     pub fn indicator(&self) -> Result<usize, EffectError> {
-        match self.rest {
+        match self.rest() {
             Some("1") => Ok(0),
             Some("2") => Ok(1),
             Some("3") => Ok(2),
@@ -150,7 +162,7 @@ impl<'a> EffectId<'a> {
     /// # Errors
     /// If the artifact has no such ball.
     pub fn ball(&self, subject: &Subject<'_>) -> Result<usize, EffectError> {
-        let name = self.rest.unwrap_or_default();
+        let name = self.rest().unwrap_or_default();
         let unknown = || self.wrong(format!("names a ball after the colon, one of: {}", subject.balls.join(", ")));
         subject.balls.iter().position(|b| b == name).ok_or_else(unknown)
     }
@@ -159,12 +171,136 @@ impl<'a> EffectId<'a> {
     ///
     /// # Errors
     /// If none is named, or if the samples are known and this is not one of them.
-    pub fn sample(&self, subject: &Subject<'_>) -> Result<&'a str, EffectError> {
-        let sample = self.rest.filter(|s| !s.is_empty()).ok_or_else(|| self.wrong("names a sample after the colon"))?;
+    pub fn sample(&self, subject: &Subject<'_>) -> Result<&str, EffectError> {
+        let sample = self.rest().filter(|s| !s.is_empty()).ok_or_else(|| self.wrong("names a sample after the colon"))?;
         if subject.samples.is_some_and(|known| !known.iter().any(|s| s == sample)) {
             return Err(self.wrong(format!("there is no sample '{sample}' among the rows that are fitted")));
         }
         Ok(sample)
+    }
+}
+
+impl Deref for EffectId {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        self.whole()
+    }
+}
+
+impl Borrow<str> for EffectId {
+    fn borrow(&self) -> &str {
+        self.whole()
+    }
+}
+
+impl AsRef<str> for EffectId {
+    fn as_ref(&self) -> &str {
+        self.whole()
+    }
+}
+
+impl fmt::Display for EffectId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.whole())
+    }
+}
+
+impl fmt::Debug for EffectId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.whole(), f)
+    }
+}
+
+impl From<&str> for EffectId {
+    fn from(whole: &str) -> Self {
+        EffectId::new(whole)
+    }
+}
+
+impl From<String> for EffectId {
+    fn from(whole: String) -> Self {
+        EffectId::new(&whole)
+    }
+}
+
+impl From<&String> for EffectId {
+    fn from(whole: &String) -> Self {
+        EffectId::new(whole)
+    }
+}
+
+impl From<EffectId> for String {
+    fn from(id: EffectId) -> Self {
+        id.whole().to_owned()
+    }
+}
+
+impl PartialEq for EffectId {
+    fn eq(&self, other: &Self) -> bool {
+        self.whole() == other.whole()
+    }
+}
+
+impl Eq for EffectId {}
+
+impl PartialEq<str> for EffectId {
+    fn eq(&self, other: &str) -> bool {
+        self.whole() == other
+    }
+}
+
+impl PartialEq<&str> for EffectId {
+    fn eq(&self, other: &&str) -> bool {
+        self.whole() == *other
+    }
+}
+
+impl PartialEq<String> for EffectId {
+    fn eq(&self, other: &String) -> bool {
+        self.whole() == other
+    }
+}
+
+impl PartialEq<EffectId> for str {
+    fn eq(&self, other: &EffectId) -> bool {
+        self == other.whole()
+    }
+}
+
+impl PartialEq<EffectId> for String {
+    fn eq(&self, other: &EffectId) -> bool {
+        self == other.whole()
+    }
+}
+
+impl Hash for EffectId {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.whole().hash(state);
+    }
+}
+
+impl Ord for EffectId {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.whole().cmp(other.whole())
+    }
+}
+
+impl PartialOrd for EffectId {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Serialize for EffectId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.whole())
+    }
+}
+
+impl<'de> Deserialize<'de> for EffectId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(EffectId::from)
     }
 }
 

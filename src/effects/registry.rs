@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::catalogue::CATALOGUE;
 use super::family::Family;
-use super::{EffectError, EffectId, Subject};
+use super::{EffectError, Subject};
 
 /// The families of effects available to models, fits and diagnoses: the [catalogue](CATALOGUE) unless others are added.
 ///
@@ -12,7 +12,7 @@ use super::{EffectError, EffectId, Subject};
 /// holds the registry from which its effects are built.
 ///
 /// ```
-/// use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+/// use calibench::effects::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
 /// use calibench::effects::family::{Family, Origin, Scan};
 /// use calibench::effects::registry::Registry;
 /// use calibench::effects::situation::Situation;
@@ -50,12 +50,14 @@ use super::{EffectError, EffectId, Subject};
 ///     physical: Physical::Any,
 ///     linear_range: LinearRange::Si(5e-3),
 ///     period: Period::None,
+///     curve: CurveShape::None,
 ///     meaning: Meaning { physics: "a cable pulls the first joint back", look: "look at the hose package" },
 ///     signature: Signature {
 ///         looks: ["Joint 1 comes short on both sides.", "Against its angle: a step at zero.", "It does not grow with the load."],
 ///         parted_by: "The same postures with the hose package off.",
 ///     },
 ///     stray: Stray::None,
+///     alias: Alias::None,
 ///     members: |_| vec![String::new()],
 ///     build: |id, _| {
 ///         id.at_most(0)?;
@@ -102,7 +104,7 @@ impl Registry {
 
     /// The family of an id.
     pub fn family(&self, id: &str) -> Option<&'static Family> {
-        let name = EffectId::new(id).family();
+        let name = id.split_once(':').map_or(id, |(name, _)| name);
         self.families().find(|f| f.id == name)
     }
 }
@@ -118,11 +120,6 @@ impl PartialEq for Registry {
     fn eq(&self, other: &Self) -> bool {
         self.families().map(|f| f.id).eq(other.families().map(|f| f.id))
     }
-}
-
-/// The family of the catalogue to which an id belongs.
-pub fn family(id: &str) -> Option<&'static Family> {
-    Registry::catalogue().family(id)
 }
 
 /// Ids of all candidates that need no scan over orders, times or samples: the families, then the user-defined effects.

@@ -19,7 +19,7 @@ pub(super) struct Shape<F> {
 
 impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> Shape<F> {
     /// An effect of the arm that requires no columns.
-    pub fn new(id: &EffectId<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
+    pub fn new(id: &EffectId, parameters: Vec<ParameterSpec>, terms: F) -> Self {
         Shape { id: id.whole().into(), parameters, owner: Owner::Robot, needs: &[], constant: None, terms }
     }
 
@@ -67,7 +67,7 @@ impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync> Effect for Shape<F> {
 
 /// An effect whose terms (parameter, site, weight) are the same in every situation.
 pub(super) fn constant(
-    id: &EffectId<'_>,
+    id: &EffectId,
     parameters: Vec<ParameterSpec>,
     terms: Vec<(usize, Site, f64)>,
 ) -> Shape<impl Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> {
@@ -80,7 +80,7 @@ pub(super) fn constant(
 /// An effect of the same form on each of `joints` (counted from 0): `parameters(j, "family:J")` returns the parameters of
 /// joint j, the same number for each; `terms(at, j, emit)` numbers them from 0.
 pub(super) fn per_joint<F>(
-    id: &EffectId<'_>,
+    id: &EffectId,
     joints: Vec<usize>,
     parameters: impl Fn(usize, &str) -> Vec<ParameterSpec>,
     terms: F,

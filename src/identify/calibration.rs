@@ -17,6 +17,7 @@ use super::fitted_rows::FittedRows;
 use super::prediction::{Application, Prediction};
 use super::problem::UNSTATED_SIGMA;
 use super::problem::{Parameter, Prior, Problem, ProblemError, Setup, Use};
+use crate::effects::EffectId;
 use crate::math::Observability;
 use crate::measure::dataset::NamedDataset;
 use crate::robot::statics::Payload;
@@ -29,7 +30,7 @@ pub struct Estimate {
     /// Unique name, e.g. `a2`, `base_x`, `base_x@A`.
     pub name: String,
     /// Effect to which it belongs.
-    pub effect: String,
+    pub effect: EffectId,
     /// Unit for people and files.
     pub unit: Unit,
     /// Estimate.
@@ -171,7 +172,7 @@ impl Calibration {
     pub fn undetermined_set_up(&self) -> Vec<&str> {
         let is_set_up = |name: &str| name.starts_with("base_") || name.starts_with("tool_");
         // Free balls get their positions in the world from the base: there it is a matter of definition.
-        let by_definition = |group: &[String]| group.is_empty() || group.iter().any(|name| name.starts_with("ball"));
+        let by_definition = |group: &[String]| group.is_empty() || group.iter().any(|name| name.starts_with(EffectId::BALL));
         let open = self.unresolved.iter().filter_map(|group| Some((group.first()?.as_str(), group.get(1..)?)));
         open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
     }

@@ -27,7 +27,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
     let file = File {
         format: FORMAT.into(),
         robot: own_robot.clone().unwrap_or_else(|| c.robot_reference.clone()),
-        effects: c.model.effects.clone(),
+        effects: c.model.ids(),
         measured_torques: c.model.measured_torques,
         width: c.model.width.clone(),
         dataset_sha256: c.dataset_hashes.clone(),

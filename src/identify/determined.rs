@@ -77,17 +77,17 @@ pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError>
 fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
     let parameters = problem.parameters();
     let mut order: Vec<usize> = free.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
-    let mut effects: Vec<&str> = Vec::new();
+    let mut effects: Vec<&EffectId> = Vec::new();
     for p in parameters {
-        if !effects.contains(&p.effect.as_str()) {
+        if !effects.contains(&&p.effect) {
             effects.push(&p.effect);
         }
     }
-    let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
+    let rank_of_effect = |p: &usize| effects.iter().position(|e| **e == parameters[*p].effect);
     let is_zero_of_slide = |p: &usize| {
         let Parameter { effect, link, spec, .. } = &parameters[*p];
         let slides = |i: &usize| problem.robot().kind(*i) == JointKind::Prismatic && spec.name == format!("d{}", i + 1);
-        effect == "mdh" && link.as_ref().is_some_and(slides)
+        effect == EffectId::MDH && link.as_ref().is_some_and(slides)
     };
     order.sort_by_key(|p| (rank_of_effect(p), !is_zero_of_slide(p), std::cmp::Reverse(parameters[*p].link)));
     let mut near = Linearised::new(problem, &order);
@@ -96,10 +96,10 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
         return Err(FitError::NotFinite);
     }
     let columns = near.jacobian();
-    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
+    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == EffectId::MDH);
     let tolerance = |(k, &p): (usize, &usize)| {
         let Parameter { owner, effect, link, spec, .. } = &parameters[p];
-        let near_lock = first_link && (effect == "base_frame" || effect == "mdh" && *link == Some(0));
+        let near_lock = first_link && (effect == EffectId::BASE_FRAME || effect == EffectId::MDH && *link == Some(0));
         let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
         faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
     };
@@ -121,7 +121,7 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     // Parameters that define the world were included so that link 1, which could substitute for the base, does not float
     // instead.
     let of_artifact = |home: Option<usize>| {
-        let of_world = |p: usize| EffectId::new(&parameters[p].effect).family() != "target";
+        let of_world = |p: usize| parameters[p].effect.family() != EffectId::TARGET;
         let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home && of_world(*p);
         order.iter().copied().filter(unknown).collect()
     };

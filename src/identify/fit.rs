@@ -9,7 +9,7 @@ use super::determined::{all, determined};
 
 use super::Adjustment;
 use super::problem::Problem;
-use crate::effects::Owner;
+use crate::effects::{EffectId, Owner};
 
 /// The columns are selected again after a fit that moved a tool or a ball by more plausible sizes than this, since they
 /// have changed.
@@ -97,7 +97,7 @@ fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize]) 
         let values = adjustment.values();
         let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
         // Not the base: the robot's pose in the world changes nothing within the arm.
-        let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != "base_frame";
+        let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != EffectId::BASE_FRAME;
         let far = |&p: &usize| guessed(p) && (values[p] - judged[p]).abs() > FAR * problem.parameters()[p].spec.prior;
         if problem.noise_stated() && !adjustment.kept().iter().any(far) {
             break;

@@ -38,7 +38,7 @@ pub enum TorquePosture {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Effect ids, in the order in which their parameters are preferred.
-    pub effects: Vec<String>,
+    pub effects: Vec<EffectId>,
     /// User-defined effects, to which `effects` may refer by name; those it does not list are offered to the diagnosis.
     pub own: Vec<OwnEffect>,
     /// Use the dataset's `tau1_nm` ... columns instead of link masses. Their sign is that of the load about +z.
@@ -84,10 +84,20 @@ impl Model {
         self.registry.family(effect)
     }
 
+    /// True if `effects` lists this id.
+    pub fn lists(&self, effect: &str) -> bool {
+        self.effects.iter().any(|e| e == effect)
+    }
+
+    /// The ids of its effects, as in files.
+    pub fn ids(&self) -> Vec<String> {
+        self.effects.iter().map(|e| e.whole().to_owned()).collect()
+    }
+
     /// True if the model contains an effect, by its id or as a member of a whole family.
     pub fn holds(&self, effect: &str) -> bool {
-        let family = EffectId::new(effect).family();
-        self.effects.iter().any(|e| e == effect || e == family)
+        let id = EffectId::new(effect);
+        self.effects.iter().any(|e| *e == id || e == id.family())
     }
 
     /// The subject for building the effects of this model: a robot, and the balls of an artifact in their order.
@@ -113,7 +123,7 @@ impl Model {
     /// A model with these effects.
     pub fn of(effects: &[&str]) -> Self {
         Model {
-            effects: effects.iter().map(|e| (*e).into()).collect(),
+            effects: effects.iter().map(|e| EffectId::new(e)).collect(),
             own: Vec::new(),
             measured_torques: false,
             only_weighed_orientations: false,
@@ -127,12 +137,17 @@ impl Model {
 
     /// The default model of a dataset: the paper's, without joint compliance if no link mass is known.
     pub fn default_for(dataset: &Dataset) -> Self {
-        if dataset.robot.has_masses() { Model::paper() } else { Model::of(&["base_frame", "mdh"]) }
+        if dataset.robot.has_masses() { Model::paper() } else { Model::geometry() }
     }
 
     /// The paper's model: base, links, joint compliance. On the KR6 with a known tool it has 31 independent parameters.
     pub fn paper() -> Self {
-        Model::of(&["base_frame", "mdh", "joint_compliance"])
+        Model::geometry().with(EffectId::JOINT_COMPLIANCE)
+    }
+
+    /// The geometry alone: base and links.
+    pub fn geometry() -> Self {
+        Model::of(&[EffectId::BASE_FRAME, EffectId::MDH])
     }
 }
 

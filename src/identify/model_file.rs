@@ -64,7 +64,7 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
         }
     }
     Ok(Model {
-        effects,
+        effects: effects.into_iter().map(EffectId::from).collect(),
         own,
         measured_torques: file.measured_torques,
         width: file.width,
@@ -148,22 +148,21 @@ fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> 
         tables(&model.own, &model.effects).into_iter().filter(|t| !old.effect.iter().any(|o| o.name() == t.name()));
     let new_tables: Vec<OwnEffectTable> = new_tables.collect();
     // A table that is not a candidate is fitted without being listed.
-    let by_table = |id: &String| {
-        old.effect.iter().any(|t| t.name() == id && !t.is_candidate()) || new_tables.iter().any(|t| t.name() == id)
-    };
+    let by_table =
+        |id: &str| old.effect.iter().any(|t| t.name() == id && !t.is_candidate()) || new_tables.iter().any(|t| t.name() == id);
     let listed =
         document.get_mut("effects").and_then(Item::as_array_mut).ok_or_else(|| broken("has no list `effects`".into()))?;
-    for id in model.effects.iter().filter(|id| !old.effects.contains(id) && !by_table(id)) {
+    for id in model.effects.iter().filter(|id| !old.effects.iter().any(|e| *id == e) && !by_table(id)) {
         // Laid out like the last entry: on a line of its own, or not. A comment before that entry does not apply to this
         // one.
         let before_last = listed.iter().last().and_then(|last| last.decor().prefix()?.as_str());
         match before_last.and_then(|prefix| prefix.rsplit_once('\n')).map(|(_, indent)| format!("\n{indent}")) {
             Some(prefix) => {
-                let mut value = toml_edit::Value::from(id);
+                let mut value = toml_edit::Value::from(id.whole());
                 value.decor_mut().set_prefix(prefix);
                 listed.push_formatted(value);
             }
-            None => listed.push(id),
+            None => listed.push(id.whole()),
         }
     }
     let mut appended = NewTables { width: BTreeMap::new(), effect: &new_tables };
@@ -201,7 +200,7 @@ struct NewTables<'t> {
 /// When the folder cannot be written.
 pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     let file = ModelToml {
-        effects: model.effects.clone(),
+        effects: model.ids(),
         measured_torques: model.measured_torques,
         width: model.width.clone(),
         effect: tables(&model.own, &model.effects),

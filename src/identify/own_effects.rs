@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::effects::EffectId;
 use crate::effects::own::{OwnEffect, OwnTerm};
 use crate::files::name_remedy;
 use crate::units::{Unit, readable};
@@ -113,12 +114,12 @@ pub(crate) fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Resul
 }
 
 /// The tables of these effects; those named in `fitted` are fitted.
-pub(super) fn tables(own: &[OwnEffect], fitted: &[String]) -> Vec<OwnEffectTable> {
+pub(super) fn tables(own: &[OwnEffect], fitted: &[EffectId]) -> Vec<OwnEffectTable> {
     let table = |e: &OwnEffect| OwnEffectTable {
         name: e.name.clone(),
         unit: e.unit.symbol.into(),
         plausible: (e.plausible != OwnEffect::usual_size(e.unit)).then(|| readable(e.plausible, e.unit.si)),
-        candidate: !fitted.contains(&e.name),
+        candidate: !fitted.iter().any(|id| *id == e.name),
         terms: e
             .terms
             .iter()

@@ -211,7 +211,7 @@ impl Problem {
             if let Some((moves, _)) = { moving }.find(|(_, weight)| !weight.is_finite()) {
                 let effect = &self.parameters[moves.parameter].effect;
                 return Err(ProblemError::NoValue {
-                    effect: effect.clone(),
+                    effect: effect.to_string(),
                     sample: sample.clone(),
                     expression: self.cells[row.cell].expression(effect, moves.site),
                 });

@@ -5,16 +5,13 @@ use crate::identify::{Model, identify};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::units::DEG;
 
-/// The model by whose residuals they are balanced: what every arm needs.
-const GEOMETRY: [&str; 2] = ["base_frame", "mdh"];
-
 /// If the noise of the positions is not stated, states that of the orientations in the ratio of the residuals of both after a
 /// calibration of the geometry. In another ratio, the residuals of one would seem to show effects in addition to those of the
 /// other.
 pub(super) fn balance(dataset: &mut Dataset, report: &mut ImportReport) {
     let unstated = dataset.noise.point.is_none() && dataset.samples.iter().all(|s| s.sigma.is_none());
     let (true, Some(stated)) = (unstated, dataset.noise.orientation) else { return };
-    let Ok(calibration) = identify(&[NamedDataset::new("", dataset)], &Model::of(&GEOMETRY)) else { return };
+    let Ok(calibration) = identify(&[NamedDataset::new("", dataset)], &Model::geometry()) else { return };
     let Some(balanced) = calibration.balanced_orientation().filter(|b| b.is_finite() && *b > 0.0) else { return };
     // Two digits: it is a weight.
     let unit = 10f64.powf((balanced / DEG).log10().floor() - 1.0);

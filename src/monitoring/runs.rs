@@ -35,6 +35,7 @@ use thiserror::Error;
 use self::left_out::{changes_shown_by, with_curves};
 use self::look::Look;
 use self::tables::Tables;
+use crate::effects::EffectId;
 use crate::identify::calibration::{Calibration, Estimate, IdentifyError};
 use crate::identify::problem::Use;
 use crate::identify::{Model, RunChange, identify};
@@ -148,7 +149,7 @@ pub struct RunsTest {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Id of the effect.
-    pub effect: String,
+    pub effect: EffectId,
     /// Its parameters that differ, with the change and its standard uncertainty.
     pub parameters: Vec<Estimate>,
     /// Pattern of the difference over the runs.
@@ -339,7 +340,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
         kept.changes.retain(|change| change.effect != effect.effect);
         kept.changes.push(RunChange {
             when: Pattern::Only(run).words(names),
-            effect: effect.effect.clone(),
+            effect: effect.effect.to_string(),
             parameters: Vec::new(),
             weights: vec![(names[run].to_owned(), 1.0)],
         });

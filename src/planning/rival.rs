@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::Examination;
+use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
 use crate::identify::fit::FitError;
 use crate::math::linalg;
@@ -15,7 +16,7 @@ const MOST: usize = 6;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     /// Id of the effect in a model.
-    pub effect: String,
+    pub effect: EffectId,
     /// Probability that it is the missing effect, given that one of the rivals is.
     pub probability: f64,
 }

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use crate::diagnosis::Examination;
 use crate::diagnosis::library::missing_somewhere;
-use crate::effects::{self, Effect, Owner};
+use crate::effects::{self, Effect, EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Circumstance, Parameter, Problem, Use};
 use crate::measure::dataset::{Dataset, NamedDataset};
@@ -41,7 +41,7 @@ impl AtNewPoses {
         let balls = there.ball_ids();
         let subject = model.subject(&there.robot, &balls);
         let named = [NamedDataset::new("elsewhere", there)];
-        let counts = |id: &String| {
+        let counts = |id: &EffectId| {
             effects::build(id, &subject)
                 .is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
         };

@@ -2,6 +2,7 @@
 
 use crate::effects::EffectId;
 use crate::effects::facts::Follows;
+use crate::effects::registry::Registry;
 use crate::identify::Model;
 use crate::measure::dataset::{NamedDataset, Sample};
 use crate::robot::{JointKind, Robot};
@@ -33,6 +34,8 @@ pub struct Extrapolation {
     /// Effects of the model whose dependence on a joint angle is known only within the range of identification; beyond
     /// it, their values are extrapolated.
     pub shapes: Vec<String>,
+    /// The families to which these effects belong.
+    pub registry: Registry,
 }
 
 /// Distance outside a range that is tolerated, rad or m: an arc minute.
@@ -80,9 +83,9 @@ impl Extrapolation {
             outside += usize::from(any);
         }
         joints.retain(|j| j.poses > 0);
-        let of_joint = |id: &str| {
+        let of_joint = |id: &EffectId| {
             let Some(family) = model.family(id) else { return false };
-            let joint = family.joint(&EffectId::new(id));
+            let joint = family.joint(id);
             family.follows.contains(&Follows::JointAngle) && joints.iter().any(|o| joint.is_none_or(|j| j == o.joint))
         };
         let own = |id: &str| {
@@ -97,8 +100,8 @@ impl Extrapolation {
             };
             joints.iter().any(follows)
         };
-        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).cloned().collect();
-        Extrapolation { poses: count, outside, joints, shapes }
+        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).map(|id| id.whole().to_owned()).collect();
+        Extrapolation { poses: count, outside, joints, shapes, registry: model.registry.clone() }
     }
 
     /// Compares the samples of datasets that `takes` selects with those joint ranges.

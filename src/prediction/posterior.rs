@@ -22,7 +22,8 @@ use super::level::is_noise_overstated;
 use super::worker::Worker;
 use crate::diagnosis::Examination;
 use crate::diagnosis::examination::Span;
-use crate::effects::{EffectId, Owner};
+use crate::effects::Owner;
+use crate::effects::facts::Role;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Parameter, Prior};
@@ -109,7 +110,7 @@ impl Posterior {
 
         let step = circumstances.len().div_ceil(MOST).max(1);
         let taken: Vec<_> = circumstances.iter().step_by(step).cloned().collect();
-        let has_curves = model.effects.iter().any(|e| EffectId::new(e).family() == "error_curve");
+        let has_curves = model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.role == Role::AnyShape));
         let shapes = JointErrors::of(&taken, has_curves);
         let mut first = m + n;
         for (kind, count) in shapes.groups() {

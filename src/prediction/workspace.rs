@@ -241,7 +241,7 @@ impl WorkspaceError {
 pub fn undetermined(examination: &Examination) -> Vec<String> {
     let problem = examination.problem();
     let by_definition = problem.setups()[0].datum_freedoms.len() == Axis6::ALL.len();
-    let frame = |p: &Parameter| matches!(EffectId::new(&p.effect).family(), "base_frame" | "tool_frame") && p.setup == Some(0);
+    let frame = |p: &Parameter| matches!(p.effect.family(), EffectId::BASE_FRAME | EffectId::TOOL_FRAME) && p.setup == Some(0);
     let left_out = examination.fit().unresolved.iter().map(|u| &problem.parameters()[u.parameter]);
     left_out.filter(|p| frame(p) && !(p.defines_world && by_definition)).map(|p| p.name.clone()).collect()
 }

@@ -12,6 +12,7 @@ mod views;
 
 use std::collections::HashSet;
 
+use crate::effects::registry::Registry;
 use crate::identify::Application;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
@@ -69,6 +70,8 @@ pub struct Comparison {
     pub findings: Vec<Standout>,
     /// Share of the residual sum of squares that remains after the findings.
     pub left: f64,
+    /// The families to which the effects named by the findings belong.
+    pub registry: Registry,
 }
 
 impl Comparison {
@@ -150,6 +153,7 @@ impl Comparison {
             findings,
             left,
             noise,
+            registry: calibration.model.registry.clone(),
         })
     }
 }

@@ -132,7 +132,7 @@ impl Look {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::registry::family;
+    use crate::effects::registry::Registry;
 
     #[test]
     fn every_family_is_met_where_a_mechanic_would_meet_it() {
@@ -149,7 +149,7 @@ mod tests {
             ("harmonic1", Look::Angles),
             ("harmonic", Look::Folded),
         ] {
-            assert_eq!(Look::of(family(id).unwrap()), look, "{id}");
+            assert_eq!(Look::of(Registry::catalogue().family(id).unwrap()), look, "{id}");
         }
         assert!(Look::ALL.is_sorted());
     }

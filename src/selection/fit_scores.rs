@@ -102,7 +102,7 @@ fn sessions(
 
 /// True if a model excludes a sample.
 fn is_aside(model: &Model, sample: &str) -> bool {
-    model.effects.contains(&effects::catalogue::setting_aside(sample))
+    model.lists(&effects::catalogue::setting_aside(sample))
 }
 
 /// Name of each sample, and its squared residual in blocked cross-validation, m².

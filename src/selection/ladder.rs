@@ -14,6 +14,7 @@ pub use step::{LadderStep, add, ladder_step, step};
 use super::hold_out::HoldOut;
 use crate::diagnosis::Examination;
 use crate::diagnosis::{Diagnosis, Verdict};
+use crate::effects::EffectId;
 
 use self::step::examined_rung;
 use super::objections::Objection;
@@ -302,11 +303,11 @@ pub(super) fn next_step<B>(
     let mut effects = candidates(&below.diagnosis);
     if below.diagnosis.shape().is_some() {
         // Samples in which a shape shows most are not bad samples: the shape is what is missing.
-        effects.retain(|id| effects::catalogue::set_aside_by(id).is_none() || suspects.contains(id));
+        effects.retain(|id| effects::catalogue::set_aside_by(id).is_none() || suspects.iter().any(|s| id == s));
     }
     if below.would_miss(suspects.len()) {
         // If they are refused together, none of them is tried alone.
-        effects.retain(|id| !suspects.contains(id));
+        effects.retain(|id| !suspects.iter().any(|s| id == s));
     }
     let gains = gains_of_each(datasets, &below.model, &effects)?;
     let mut order: Vec<usize> = (0..effects.len()).collect();
@@ -319,7 +320,7 @@ pub(super) fn next_step<B>(
         report(observer, Climb::Trying(effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
-            None => match add(datasets, below, std::slice::from_ref(effect), ground) {
+            None => match add(datasets, below, &[effect.to_string()], ground) {
                 Ok(next) => {
                     let objections = next.objections(below);
                     if !objections.iter().any(Objection::refuses) {
@@ -331,19 +332,19 @@ pub(super) fn next_step<B>(
             },
         };
         report(observer, Climb::Refused(effect, &objections))?;
-        tried.push((effect.clone(), objections));
+        tried.push((effect.to_string(), objections));
     }
     Ok(Err(tried))
 }
 
 /// Effects to try next: the first findings and, if the verdict is `Unexplained`, the largest contributions before them.
-fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
+fn candidates(diagnosis: &Diagnosis) -> Vec<EffectId> {
     let found = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone());
     if diagnosis.verdict != Verdict::Unexplained {
         return found.take(TRIED).collect();
     }
     let contributing = diagnosis.contributions.iter().map(|c| c.effect.clone());
-    let mut all: Vec<String> = contributing.take(TRIED).chain(found.take(TRIED)).collect();
+    let mut all: Vec<EffectId> = contributing.take(TRIED).chain(found.take(TRIED)).collect();
     let mut seen = std::collections::BTreeSet::new();
     all.retain(|e| seen.insert(e.clone()));
     all
@@ -360,10 +361,10 @@ fn library(datasets: &[NamedDataset<'_>], first: &LadderStep, ground: HoldOut<'_
     let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
     // A whole family is omitted, as its members are already included. So are effects whose data a check lacks, as they
     // cannot be judged there.
-    let twice = |id: &str| examined.candidates.iter().any(|c| c.family == id && c.id != id);
+    let twice = |id: &str| examined.candidates.iter().any(|c| c.id.family() == id && c.id != id);
     widths
         .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
-        .map(|(c, width)| (c.id.clone(), width / noise))
+        .map(|(c, width)| (c.id.to_string(), width / noise))
         .collect()
 }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod facts_are_no_text;
+mod families_are_named_once;
 mod nothing_is_installed;
 mod pages_lead_somewhere;
 mod python_packages_are_pinned;

@@ -113,7 +113,7 @@ fn campaign(case: &Case) -> Dataset {
         let problem = Problem::new(&[NamedDataset::new("d", &data)], &truth, Use::Fit).unwrap();
         let mut values = problem.start();
         for (value, p) in values.iter_mut().zip(problem.parameters()) {
-            *value = match p.effect.as_str() {
+            *value = match p.effect.whole() {
                 "payload_mass" => case.extra,
                 // Heavier arms have stiffer gears.
                 "joint_compliance" => 0.3 * case.size * p.spec.prior * between(0.5, 1.5) / (case.links + case.entered / 10.0),
@@ -142,7 +142,7 @@ fn coverage(lacking: &[&str], robots: u64) -> [f64; 2] {
             .unwrap();
         let mut truth = problem.start();
         for (k, p) in problem.parameters().iter().enumerate() {
-            if told.contains(&k) || lacking.contains(&p.effect.as_str()) {
+            if told.contains(&k) || lacking.contains(&p.effect.whole()) {
                 truth[k] = p.spec.prior * 2.0 * between(-1.0, 1.0);
             }
         }

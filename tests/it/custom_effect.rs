@@ -4,7 +4,9 @@ use std::fs;
 use std::sync::Arc;
 
 use calibench::diagnosis::library::Library;
-use calibench::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use calibench::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::{Registry, ids};
 use calibench::effects::situation::Situation;
@@ -175,6 +177,7 @@ static CABLE: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the cables along the arm pull joint 1 towards its middle", look: "look at the hoses" },
     signature: Signature {
         looks: [
@@ -185,6 +188,7 @@ static CABLE: Family = Family {
         parted_by: "The same postures with the cables off.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: |_| vec![String::new()],
     build: |id, _| {
         id.at_most(0)?;

@@ -7,7 +7,7 @@ use calibench::diagnosis::Verdict;
 use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::facts::Follows;
 use calibench::effects::family::Scan;
-use calibench::effects::registry::family;
+use calibench::effects::registry::Registry;
 use calibench::effects::{Effect, Needs, Subject, build};
 use calibench::identify::fit::{Fit, fit};
 use calibench::identify::problem::{Problem, Use};
@@ -61,7 +61,7 @@ fn model(effect: &dyn Effect) -> Model {
 
 /// Plausible sizes, one and a half of one or the other sign, in an order without system.
 fn injected(problem: &Problem) -> Vec<f64> {
-    let size = |(k, p): (usize, &calibench::identify::problem::Parameter)| match p.effect.as_str() {
+    let size = |(k, p): (usize, &calibench::identify::problem::Parameter)| match p.effect.whole() {
         // Joints give way to the load, not against it.
         "joint_compliance" => p.spec.prior * (0.5 + 0.1 * k as f64),
         _ => p.spec.prior * 1.5 * (1.0 + k as f64 * 1.7).sin(),
@@ -181,7 +181,7 @@ fn names_are_unique_and_sizes_plausible() {
         for p in effect.parameters() {
             assert!(names.insert(p.name.clone()), "{} appears twice", p.name);
             assert!(p.prior > 0.0 && p.prior.is_finite() && p.nominal.is_finite(), "{}", p.name);
-            let range = family(&id).unwrap().linear_range;
+            let range = Registry::catalogue().family(&id).unwrap().linear_range;
             assert!(range.holds(p, 1.5 * p.prior), "{}: what is plausible is not believable", p.name);
         }
     }
@@ -193,7 +193,7 @@ fn what_a_family_is_said_to_follow_is_what_its_columns_follow() {
     let balls = data.ball_ids();
     let subject = Subject::new(&data.robot, &balls);
     for id in ids(&subject) {
-        let (effect, follows) = (build(&id, &subject).unwrap(), family(&id).unwrap().follows);
+        let (effect, follows) = (build(&id, &subject).unwrap(), Registry::catalogue().family(&id).unwrap().follows);
         let needs = |need| effect.needs().contains(&need);
         let said = |any: &[Follows]| any.iter().any(|f| follows.contains(f));
         assert_eq!(needs(Needs::Commanded), said(&[Follows::Commanded]), "{id}");
@@ -209,7 +209,7 @@ fn what_a_family_is_said_to_follow_is_what_its_columns_follow() {
 #[test]
 fn joints_that_stand_where_they_were_sent_are_seen_in_whatever_background() {
     let told = diagnosed("joint_source", Measures::Both, |_| 1.0);
-    assert_eq!((told.verdict, &told.set95[..]), (Verdict::Identified, &["joint_source".to_owned()][..]));
+    assert_eq!((told.verdict, &told.set95[..]), (Verdict::Identified, &["joint_source".into()][..]));
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn a_gauge_of_one_s_own_centres_its_ball() {
 fn the_hidden_effect_is_named() {
     let (comparison, diagnosis) = compare_and_diagnose::compared_and_diagnosed().unwrap();
     assert!(comparison.lack_of_fit.p.unwrap() < 1e-6, "the comparison overlooks {} um", comparison.rms / UM);
-    assert_eq!((diagnosis.verdict, &diagnosis.set95[..]), (Verdict::Identified, &["harmonic2:2".to_owned()][..]));
+    assert_eq!((diagnosis.verdict, &diagnosis.set95[..]), (Verdict::Identified, &["harmonic2:2".into()][..]));
     let sine = &diagnosis.findings[0].parameters[0];
     assert!((sine.value - compare_and_diagnose::HIDDEN).abs() < 4.0 * sine.sigma, "{sine:?}");
     compare_and_diagnose::main().unwrap();

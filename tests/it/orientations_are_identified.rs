@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use calibench::diagnosis::{Verdict, diagnose};
-use calibench::effects::catalogue::PROBE_ROTATION;
+use calibench::effects::EffectId;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::fit::fit;
 use calibench::identify::problem::{Problem, Use};
@@ -66,7 +66,7 @@ fn twin(random: &mut ChaCha8Rng) -> Twin {
 }
 
 /// A verdict, and the effects of the credible set.
-type Judged = (Verdict, Vec<String>);
+type Judged = (Verdict, Vec<EffectId>);
 
 /// Eccentricity of the gear of joint 6, as amplitudes of sine and cosine, rad.
 const GEAR: [f64; 2] = [400.0 * URAD, -250.0 * URAD];
@@ -106,7 +106,7 @@ fn every_column_of_an_orientation_is_its_derivative() {
     let mut dataset = measured(&twin(&mut random), 6, &mut random);
     // Errors of the joints correlate position and orientation.
     dataset.noise.joint = vec![20.0 * ARCSEC; 6];
-    let model = Model::of(&["base_frame", "mdh", "joint_compliance", "link_bending:2", PROBE_ROTATION]);
+    let model = Model::of(&["base_frame", "mdh", "joint_compliance", "link_bending:2", "probe_rotation"]);
     let problem = Problem::new(&[NamedDataset::new("", &dataset)], &model, Use::All).unwrap();
     assert_eq!(problem.row_count(), 36);
     // The derivatives neglect that a posture changes the loads, so nothing deflects here.

@@ -53,7 +53,7 @@ fn judged_on(calibration: &Calibration, dataset: &Dataset, which: Use) -> f64 {
 }
 
 fn found(of: &calibench::diagnosis::Diagnosis) -> Vec<&str> {
-    of.findings.iter().map(|f| f.hypothesis.in_model.as_str()).collect()
+    of.findings.iter().map(|f| f.hypothesis.in_model.whole()).collect()
 }
 
 fn with(effects: &[&str]) -> Model {

@@ -227,7 +227,7 @@ fn a_knocked_ball_or_a_changed_tool_is_not_the_robot() {
         runs.iter_mut().for_each(|run| run.tool_sigma = certified);
         let found = compared(&labelled(&runs), &geometry(), None).expect("runs");
         let first = &found.differences[0];
-        assert_eq!((first.effect.as_str(), first.set_up_of), ("tool_frame", Some(1)), "{found:?}");
+        assert_eq!((first.effect.whole(), first.set_up_of), ("tool_frame", Some(1)), "{found:?}");
         let x = &first.parameters[0];
         assert!((x.value + 0.3 * MM).abs() < 5.0 * x.sigma && x.sigma < 0.1 * MM, "{x:?}");
         assert!(found.differences.len() == 1 && found.verdict == RunsVerdict::Changed);

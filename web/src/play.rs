@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::effects::catalogue::CATALOGUE;
-use calibench::effects::{Effect, Subject, build, in_words};
+use calibench::effects::registry::Registry;
+use calibench::effects::{Effect, EffectId, Subject, build};
 use calibench::files::disk::write_whole;
 use calibench::files::{read_text, with_reasons};
 use calibench::measure::campaign::CampaignObserver;
@@ -38,17 +38,17 @@ const SCENARIO: &str = "simulated.toml";
 const DATASET: &str = "simulated";
 
 /// Effects that can be hidden, each clearly distinguished from the others: gears, bearings, springs, the foot, the artifact.
-const HIDDEN: [&str; 10] = [
-    "harmonic:3:202",
-    "harmonic1:2",
-    "harmonic2:4",
-    "gravity_backlash:2",
-    "stiffening:2",
-    "bearing_tilt:3",
-    "pedestal",
-    "ball:3",
-    "joint_scale:2",
-    "payload_mass:heavy",
+const HIDDEN: [(&str, &str); 10] = [
+    (EffectId::HARMONIC, ":3:202"),
+    (EffectId::HARMONIC_1, ":2"),
+    (EffectId::HARMONIC_2, ":4"),
+    (EffectId::GRAVITY_BACKLASH, ":2"),
+    (EffectId::STIFFENING, ":2"),
+    (EffectId::BEARING_TILT, ":3"),
+    (EffectId::PEDESTAL, ""),
+    (EffectId::BALL, ":3"),
+    (EffectId::JOINT_SCALE, ":2"),
+    (EffectId::PAYLOAD_MASS, ":heavy"),
 ];
 
 /// Sizes, in plausible ones.
@@ -70,10 +70,11 @@ pub struct PlayRequest {
 #[must_use]
 pub fn hidden_choices() -> Value {
     let robots = BUILT_IN.iter().filter_map(|name| built_in(name)).map(|r| json!({"name": r.name, "joints": r.joints()}));
-    let hidden = HIDDEN.iter().map(|id| {
-        let physics =
-            CATALOGUE.iter().find(|f| *id == f.id || id.starts_with(&format!("{}:", f.id))).map(|f| f.meaning.physics);
-        json!({"effect": id, "words": in_words(id), "physics": physics})
+    let catalogue = Registry::catalogue();
+    let hidden = HIDDEN.iter().map(|(family, arguments)| {
+        let id = format!("{family}{arguments}");
+        let physics = catalogue.family(&id).map(|f| f.meaning.physics);
+        json!({"effect": id, "words": catalogue.in_words(&id), "physics": physics})
     });
     json!({"robots": robots.collect::<Vec<_>>(), "hidden": hidden.collect::<Vec<_>>(), "sizes": SIZES})
 }
@@ -104,7 +105,7 @@ pub fn play(request: &PlayRequest, host: Host) -> Result<Opened, NotOpened> {
     // As whoever opens the folder reads it.
     let folder = PathBuf::from(DATASET);
     let dataset = read_dataset(&folder)?;
-    let hidden = request.effect.as_deref().map(in_words);
+    let hidden = request.effect.as_deref().map(|id| Registry::catalogue().in_words(id));
     let mut told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
     let place = Place::new(SAVED.into(), None);
     open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, Opening { force: false, host }, &mut told)

@@ -8,7 +8,8 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 
 use calibench::compensate::{Compensator, Task};
 use calibench::diagnosis::Examination;
-use calibench::effects::{Subject, in_words};
+use calibench::effects::Subject;
+use calibench::effects::registry::Registry;
 use calibench::files::{FileError, with_reasons};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
@@ -71,9 +72,10 @@ impl Bench {
             here.switches.with(&wider, &[added], id)
         };
         self.go(&here, switches, force).map_err(|e| match e {
-            Refusal::Data(e) if !on => {
-                Refusal::field("effect", format!("{} cannot be switched off: {}", in_words(id), with_reasons(&e)))
-            }
+            Refusal::Data(e) if !on => Refusal::field(
+                "effect",
+                format!("{} cannot be switched off: {}", here.model.registry.in_words(id), with_reasons(&e)),
+            ),
             Refusal::Data(e) => Refusal::field("effect", with_reasons(&e)),
             other => other,
         })
@@ -106,7 +108,7 @@ impl Bench {
             if is_cancelled() {
                 return ControlFlow::Break(());
             }
-            self.tell(&narrated(&climb));
+            self.tell(&narrated(&here.model.registry, &climb));
             ControlFlow::Continue(())
         };
         let climbed = self.subject(&here, |s| observed_ladder(s.datasets, &here.model, page_model.ground(), &mut observe))?;
@@ -141,7 +143,7 @@ impl Bench {
 
     /// The step to a model whose objections were considered before.
     fn go_on_to(&self, here: &Moment, model: &Model) -> Result<Value, Refusal> {
-        let added: Vec<String> = model.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
+        let added: Vec<String> = model.ids().into_iter().filter(|e| !here.model.lists(e)).collect();
         match added.first() {
             None => Ok(self.answer(here, here, &[])),
             Some(first) => self.go(here, here.switches.with(model, &added, first), true),
@@ -252,7 +254,7 @@ impl Bench {
         let [from, to] = figures;
         let [added, removed] = &after.changed;
         let is_step = before.model != after.model;
-        let words = |ids: &[String]| ids.iter().map(|id| words(after, id)).collect::<Vec<_>>();
+        let words = |ids: &[String]| ids.iter().map(|id| after.switches.words(id)).collect::<Vec<_>>();
         json!({
             "accepted": accepted,
             "moved": accepted && is_step,
@@ -376,16 +378,13 @@ impl Bench {
 }
 
 /// A step of the ladder as it is run, in one line.
-fn narrated(climb: &Climb<'_>) -> String {
+fn narrated(registry: &Registry, climb: &Climb<'_>) -> String {
     match climb {
-        Climb::Trying(effect) => format!("Trying {} …", each_called(effect)),
-        Climb::Refused(effect, objections) => capital(&not_added_sentence(effect, &objections[..objections.len().min(1)])),
+        Climb::Trying(effect) => format!("Trying {} …", each_called(registry, effect)),
+        Climb::Refused(effect, objections) => {
+            capital(&not_added_sentence(registry, effect, &objections[..objections.len().min(1)]))
+        }
         Climb::Reached(step) => ladder_step_sentence(step),
         Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
     }
-}
-
-/// An effect in words, as it was requested.
-fn words(at: &Moment, id: &str) -> String {
-    at.switches.find(id).map_or_else(|| in_words(id), |switch| switch.words())
 }

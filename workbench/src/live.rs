@@ -7,7 +7,7 @@ use crate::case::Case;
 use crate::kept::Set;
 use crate::saving::Place;
 use crate::state::State;
-use crate::switches::Switch;
+use crate::switches::{Switch, Switches};
 use calibench_report::symptom_sentence;
 
 /// The switches, the datasets that can be chosen, and the available actions. The candidates are null until the present model
@@ -21,7 +21,7 @@ pub(super) fn live(case: &Case, place: &Place, state: &State) -> Value {
     json!({
         "datasets": datasets.collect::<Vec<_>>(),
         "effects": here.model.effects,
-        "switches": here.switches.all().iter().map(|s| switch(s, set)).collect::<Vec<_>>(),
+        "switches": here.switches.all().iter().map(|s| switch(&here.switches, s, set)).collect::<Vec<_>>(),
         "candidates": set.and_then(|s| s.page_model()).map(|p| p.candidates()),
         "sites": set.map_or_else(Vec::new, |s| sites(&s.scores.calibration)),
         "can_undo": state.history.away(-1).is_some(),
@@ -31,12 +31,12 @@ pub(super) fn live(case: &Case, place: &Place, state: &State) -> Value {
 }
 
 /// A switch, with a flag for each of its parameters outside its physical range.
-fn switch(switch: &Switch, set: Option<&Set>) -> Value {
+fn switch(switches: &Switches, switch: &Switch, set: Option<&Set>) -> Value {
     let symptoms = set.iter().flat_map(|s| &s.scores.symptoms).filter(|s| switch.on && s.effect == switch.effect);
     json!({
         "effect": switch.effect,
         "asked": switch.asked,
-        "words": switch.words(),
+        "words": switches.words(&switch.effect),
         "on": switch.on,
         "initial": switch.initial,
         "flags": symptoms.map(symptom_sentence).collect::<Vec<_>>(),

@@ -65,7 +65,7 @@ impl Wanted {
                 ))),
             };
         }
-        if model.effects.iter().any(|e| e == id) {
+        if model.lists(id) {
             return Err(wrong(format!("effect '{id}' is in the model already")));
         }
         let balls = dataset.ball_ids();
@@ -105,7 +105,7 @@ impl Wanted {
                 let curve =
                     curve.ok_or_else(|| wrong(format!("{} does not vary in these data, or is not known", variable.name())))?;
                 let name = curve.effect_name();
-                if model.effects.contains(&name) {
+                if model.lists(&name) {
                     return Err(wrong(format!("the model contains it already, as '{name}'")));
                 }
                 Ok((curve.added_to(model), name))

@@ -3,10 +3,10 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use calibench::effects::catalogue::CATALOGUE;
+use calibench::effects::EffectId;
 use calibench::effects::family::Scan;
 use calibench::effects::own::OwnEffect;
-use calibench::effects::{EffectId, in_words};
+use calibench::effects::registry::Registry;
 use calibench::identify::Model;
 
 /// An effect, on or off.
@@ -27,11 +27,6 @@ pub(super) struct Switch {
 }
 
 impl Switch {
-    /// The effect in words.
-    pub fn words(&self) -> String {
-        in_words(&self.asked)
-    }
-
     /// True if it goes by this id.
     fn is(&self, id: &str) -> bool {
         self.effect == id || self.asked == id
@@ -50,15 +45,15 @@ pub(super) struct Switches {
 impl Switches {
     /// The effects of the initial model, all on.
     pub fn of(model: Model) -> Self {
-        let own = |id: &String| Switch {
+        let own = |id: String| Switch {
+            width: model.width.get(&id).copied(),
             effect: id.clone(),
-            asked: id.clone(),
+            asked: id,
             on: true,
             initial: true,
-            width: model.width.get(id).copied(),
             own: None,
         };
-        Switches { all: model.effects.iter().map(own).collect(), initial: Arc::new(model) }
+        Switches { all: model.ids().into_iter().map(own).collect(), initial: Arc::new(model) }
     }
 
     /// The switches, in the order in which they came.
@@ -69,6 +64,11 @@ impl Switches {
     /// The switch with this id.
     pub fn find(&self, id: &str) -> Option<&Switch> {
         self.all.iter().find(|s| s.is(id))
+    }
+
+    /// An effect in words, as it was requested if there is a switch for it.
+    pub fn words(&self, id: &str) -> String {
+        self.initial.registry.in_words(self.find(id).map_or(id, |switch| &switch.asked))
     }
 
     /// True if the effects of the initial model are on, and no others.
@@ -131,9 +131,9 @@ impl Switches {
         }
         let on = |initial: bool| self.all.iter().filter(move |s| s.on && s.initial == initial);
         let mut added: Vec<&Switch> = on(false).collect();
-        added.sort_by(|a, b| in_order(&a.effect, &b.effect));
+        added.sort_by(|a, b| in_order(&self.initial.registry, &a.effect, &b.effect));
         for switch in on(true).chain(added) {
-            model.effects.push(switch.effect.clone());
+            model.effects.push(EffectId::new(&switch.effect));
             if let Some(width) = switch.width {
                 model.width.insert(switch.effect.clone(), width);
             }
@@ -148,11 +148,11 @@ impl Switches {
 
 /// Orders ids as a ladder lists the whole library: by family, those last whose order or moment a scan finds; then argument by
 /// argument, numbers by size.
-fn in_order(a: &str, b: &str) -> Ordering {
+fn in_order(registry: &Registry, a: &str, b: &str) -> Ordering {
     let family = |id: &str| {
-        let place = CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family());
-        let place = place.unwrap_or(CATALOGUE.len());
-        (CATALOGUE.get(place).is_none_or(|f| f.scan != Scan::None), place)
+        let family = registry.family(id);
+        let place = registry.families().position(|f| family.is_some_and(|family| f.id == family.id));
+        (family.is_none_or(|f| f.scan != Scan::None), place.unwrap_or(usize::MAX))
     };
     let number = |part: &str| part.parse::<u64>().ok();
     let parts = |(a, b): (&str, &str)| match (number(a), number(b)) {

@@ -1,6 +1,7 @@
 //! The hidden effects of a simulated cell compared with those found, as a table and in the document of a run.
 
 use calibench::diagnosis::Verdict;
+use calibench::effects::registry::Registry;
 use calibench_report::documents::{HiddenEffect, HiddenParameter, Named};
 use calibench_report::{called, optional, plain_table};
 
@@ -25,8 +26,10 @@ fn said(truth: &GroundTruth) -> String {
         other => format!("The diagnosis says '{}'", other.in_words()),
     };
     match &truth.named {
-        Some((first, false)) => format!("{verdict}, and names {} first, which is there.", called(first)),
-        Some((first, true)) => format!("{verdict}, and names {} first, which is not what is hidden.", called(first)),
+        Some((first, false)) => format!("{verdict}, and names {} first, which is there.", called(Registry::catalogue(), first)),
+        Some((first, true)) => {
+            format!("{verdict}, and names {} first, which is not what is hidden.", called(Registry::catalogue(), first))
+        }
         None => format!("{verdict}."),
     }
 }
@@ -83,7 +86,7 @@ fn digits(number: &HiddenNumber, value: f64) -> String {
 pub fn named(truth: &GroundTruth) -> Named {
     Named {
         verdict: truth.verdict.name().into(),
-        named_first: truth.named.as_ref().map(|(name, _)| name.clone()),
+        named_first: truth.named.as_ref().map(|(name, _)| name.to_string()),
         named_first_is_hidden: truth.named.as_ref().map(|(_, wrongly)| !wrongly),
     }
 }

@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => write_model(&after.model, path)?,
         }
     }
-    let found = after.added.iter().map(|effect| called(effect)).collect::<Vec<_>>().join("; ");
+    let found = after.added.iter().map(|effect| called(&after.model.registry, effect)).collect::<Vec<_>>().join("; ");
     tell_fit(&after.calibration);
     if arguments.json {
         let document = documents::Step::of(&before, &after, &objections, accepted);

@@ -2,7 +2,7 @@
 
 use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::family::{Family, Origin, Scan};
-use calibench::effects::registry::family;
+use calibench::effects::registry::Registry;
 use calibench::effects::{EffectId, Subject, build};
 use calibench::robot::built_in;
 use calibench_report::{Plausible, gallery_page, optional, plain_table};
@@ -26,8 +26,9 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
     let balls = ["1".to_owned()];
     let subject = Subject::new(&robot, &balls);
     if let Some(name) = &arguments.name {
-        let family =
-            family(name).ok_or_else(|| format!("'{name}' is not an effect of the catalogue; `calibench effects` lists it"))?;
+        let family = Registry::catalogue()
+            .family(name)
+            .ok_or_else(|| format!("'{name}' is not an effect of the catalogue; `calibench effects` lists it"))?;
         print_answer(&told(family, &subject)?)?;
         return Ok(Outcome::Done);
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::effects::catalogue::CATALOGUE;
-use calibench::effects::registry::family;
+use calibench::effects::registry::Registry;
 use calibench::files::disk::replace_folder;
 use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::identify::problem::Use;
@@ -48,7 +48,7 @@ impl CampaignObserver for Unwatched {}
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_output_folder(&arguments.output, "gallery", GALLERY_MARK)?;
-    if let Some(id) = arguments.effects.iter().find(|id| family(id).is_none()) {
+    if let Some(id) = arguments.effects.iter().find(|id| Registry::catalogue().family(id).is_none()) {
         return Err(format!("--effect {id}: is not an effect of the catalogue; `calibench effects` lists it").into());
     }
     let waiting = Waiting::new("measuring");

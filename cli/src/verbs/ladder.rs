@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+use calibench::effects::registry::Registry;
 use calibench::identify::model_file::{write_model, write_model_like};
 use calibench::identify::problem::Use;
 use calibench::prediction::WorkspacePoses;
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let ground = HoldOut { poses: &poses.q, checks: &checks, worker: None };
     let waiting = Waiting::new("diagnosing");
     let climbed = observed_ladder(&named, &model, ground, &mut |climb| {
-        narrate(&waiting, &climb);
+        narrate(&waiting, &model.registry, &climb);
         ControlFlow::<Infallible>::Continue(())
     });
     drop(waiting);
@@ -136,13 +137,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Prints one line per step, accepted or refused, on standard error.
-fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
+fn narrate(waiting: &Waiting, registry: &Registry, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
-        Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
+        Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(registry, effect))),
         // In the end all refusals are reported together.
         Climb::Refused(effect, objections) if is_detailed() => {
-            say(format!("  {}", not_added_sentence(effect, &objections[..objections.len().min(1)])));
+            say(format!("  {}", not_added_sentence(registry, effect, &objections[..objections.len().min(1)])));
         }
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));

@@ -110,7 +110,7 @@ impl Parameter {
             sigma_noise: finite(e.unit.from_si(e.sigma_noise)),
             unit: e.unit.symbol.into(),
             nominal: e.unit.from_si(e.nominal),
-            effect: e.effect.clone(),
+            effect: e.effect.to_string(),
         }
     }
 }
@@ -127,7 +127,7 @@ impl Calibration {
         Calibration {
             format: CalibrationFormat::Current,
             robot: c.robot_reference.clone(),
-            effects: c.model.effects.clone(),
+            effects: c.model.ids(),
             parameters: c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(Parameter::of).collect(),
             stated_parameters: c.estimates.iter().filter_map(stated).collect(),
             outcome: c.outcome.map(|outcome| outcome.name().into()),

@@ -2,13 +2,15 @@
 
 use calibench::diagnosis;
 use calibench::diagnosis::Verdict;
+use calibench::effects::EffectId;
+use calibench::effects::registry::Registry;
 use calibench::selection;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::step::Moment;
-use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag};
+use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, ids};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
@@ -240,7 +242,7 @@ impl Advised {
 }
 
 impl Finding {
-    fn of(rank: usize, f: &diagnosis::Finding) -> Self {
+    fn of(rank: usize, f: &diagnosis::Finding, registry: &Registry) -> Self {
         let h = &f.hypothesis;
         let parameter = |p: &diagnosis::FoundParameter| FoundParameter {
             name: p.name.clone(),
@@ -255,8 +257,8 @@ impl Finding {
         });
         Finding {
             rank,
-            effect: h.effect.clone(),
-            in_model: h.in_model.clone(),
+            effect: h.effect.clone().into(),
+            in_model: h.in_model.clone().into(),
             at,
             probability: f.probability,
             explains: h.explains,
@@ -267,10 +269,10 @@ impl Finding {
             ln_evidence: h.ln_evidence,
             ln_evidence_against_background: h.ln_evidence_against_background,
             size_plausible: f.size,
-            rivals: f.rivals.clone(),
+            rivals: ids(&f.rivals),
             parameters: f.parameters.iter().map(parameter).collect(),
-            exactly_same: f.exactly_same.clone(),
-            parted_by: parted_by(f),
+            exactly_same: ids(&f.exactly_same),
+            parted_by: parted_by(f, registry),
             moment: h.moment.as_ref().map(Moment::of),
         }
     }
@@ -281,10 +283,12 @@ impl Diagnosis {
     /// sentences recommend.
     #[must_use]
     pub fn of(d: &diagnosis::Diagnosis, forecast: Option<&Forecast>, commands: &Recommended) -> Self {
-        let explained = |e: &diagnosis::Explained| Explained { effect: e.effect.clone(), explains_percent: 100.0 * e.share };
+        let explained =
+            |e: &diagnosis::Explained| Explained { effect: e.effect.to_string(), explains_percent: 100.0 * e.share };
         let contribution =
-            |c: &diagnosis::Contribution| Contribution { effect: c.effect.clone(), share: c.share, size_plausible: c.size };
-        let unbelievable = |(effect, size): &(String, f64)| Unbelievable { effect: effect.clone(), size_plausible: *size };
+            |c: &diagnosis::Contribution| Contribution { effect: c.effect.to_string(), share: c.share, size_plausible: c.size };
+        let unbelievable =
+            |(effect, size): &(EffectId, f64)| Unbelievable { effect: effect.to_string(), size_plausible: *size };
         Diagnosis {
             format: DiagnosisFormat::Current,
             samples: d.samples,
@@ -302,11 +306,11 @@ impl Diagnosis {
             together: d.together.iter().map(explained).collect(),
             together_explain_percent: 100.0 * d.together_explain,
             not_believable: d.unbelievable.iter().map(unbelievable).collect(),
-            curve_family: d.curve_family.as_ref().map(|f| CurveFamily { effect: f.effect.clone(), share: f.share }),
-            set95: d.set95.clone(),
+            curve_family: d.curve_family.as_ref().map(|f| CurveFamily { effect: f.effect.to_string(), share: f.share }),
+            set95: ids(&d.set95),
             nothing_probability: d.nothing,
             background_plausible: d.background,
-            findings: d.findings.iter().enumerate().map(|(k, f)| Finding::of(k + 1, f)).collect(),
+            findings: d.findings.iter().enumerate().map(|(k, f)| Finding::of(k + 1, f, &d.registry)).collect(),
             contributions: d.contributions.iter().map(contribution).collect(),
             heat_map: HeatMap::of(&d.heat_map),
             untestable: Untestable::all(&d.untestable),

@@ -112,7 +112,7 @@ impl Recommended {
         let judged = if ladder.withdrawn.is_some() { &choices[0] } else { ladder.recommendation.choice() };
         Recommended {
             kind: ladder.kind().name().into(),
-            model: ladder.recommended().model.effects.clone(),
+            model: ladder.recommended().model.ids(),
             why: why(ladder),
             held_out_mm: judged.cross_validated().map(|m| m / MM),
             held_out_by: "postures".into(),

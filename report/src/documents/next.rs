@@ -198,7 +198,7 @@ impl Next {
         Next {
             format: NextFormat::Current,
             criterion: criterion_name(p.criterion).into(),
-            rivals: p.rivals.iter().map(|r| Rival { effect: r.effect.clone(), probability: r.probability }).collect(),
+            rivals: p.rivals.iter().map(|r| Rival { effect: r.effect.to_string(), probability: r.probability }).collect(),
             now: PlannedStep::of(&p.now, None),
             actions: p.offers.iter().map(Action::of).collect(),
             best,
@@ -218,7 +218,7 @@ impl Detectability {
     #[must_use]
     pub fn of(d: &diagnosis::detectability::Detectability) -> Self {
         let effect = |s: &diagnosis::detectability::Sight| EffectDetectability {
-            effect: s.effect.clone(),
+            effect: s.effect.to_string(),
             absorbed: s.absorbed,
             visible_rms: s.visible,
             directions: s.directions,

@@ -212,9 +212,9 @@ impl Runs {
             }
         };
         let difference = |d: &monitoring::runs::Difference| DifferenceOfRuns {
-            effect: d.effect.clone(),
+            effect: d.effect.to_string(),
             when: d.pattern.words(&names),
-            words: difference_sentence(d, &names),
+            words: difference_sentence(&comparison.model.registry, d, &names),
             of_set_up: d.set_up_of.is_some(),
             missing: d.missing,
             parameters: d.parameters.iter().map(ChangedParameter::of).collect(),
@@ -223,7 +223,7 @@ impl Runs {
             aliased: d.aliased.clone(),
         };
         let effect = |e: &monitoring::runs::tables::EffectInRuns| EffectOfRuns {
-            effect: e.effect.clone(),
+            effect: e.effect.to_string(),
             status: e.status.name().into(),
             run: match e.status {
                 EffectStatus::OnlyIn(run) | EffectStatus::RestsOn(run) => names.get(run).map(|n| (*n).to_owned()),
@@ -245,7 +245,7 @@ impl Runs {
             after: TestOfRuns::of(&comparison.after),
             parameters: comparison.parameters.iter().map(ParameterOfRuns::of).collect(),
             effects: comparison.effects.iter().map(effect).collect(),
-            model: comparison.model.effects.clone(),
+            model: comparison.model.ids(),
         }
     }
 }

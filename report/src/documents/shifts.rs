@@ -49,7 +49,7 @@ impl Shifts {
     pub fn of(s: &diagnosis::shifts::Shifts) -> Self {
         let parameter = |p: &diagnosis::shifts::Shifted| ShiftedParameter { name: p.name.clone(), unit: p.unit.symbol.into() };
         let number = |shift: &diagnosis::shifts::Shift| ShiftOfNumber {
-            effect: shift.effect.clone(),
+            effect: shift.effect.to_string(),
             number: shift.number.clone(),
             plausible: shift.unit.from_si(shift.size),
             unit: shift.unit.symbol.into(),

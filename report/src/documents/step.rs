@@ -1,6 +1,7 @@
 //! Steps of a ladder, and `calibench-step/2`, printed by `add`.
 
 use calibench::diagnosis;
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::Estimate;
 use calibench::residuals;
 use calibench::selection;
@@ -9,7 +10,7 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Workspace, finite, format_tag};
+use super::{Workspace, finite, format_tag, ids};
 use crate::finding_notes::{found, parted_by};
 use crate::ladder_sentences::{added_words, objection_sentence, symptom_sentence};
 
@@ -175,12 +176,12 @@ impl Moment {
 
 impl EffectNote {
     /// The notes on the effects `added`, where there are any; `below` holds the earlier steps in order.
-    fn all(added: &[String], below: &[&selection::ladder::LadderStep]) -> Vec<Self> {
+    fn all(added: &[String], below: &[&selection::ladder::LadderStep], registry: &Registry) -> Vec<Self> {
         let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
         let one = |f: &diagnosis::Finding| EffectNote {
-            effect: f.hypothesis.in_model.clone(),
-            exactly_same: f.exactly_same.clone(),
-            parted_by: parted_by(f),
+            effect: f.hypothesis.in_model.to_string(),
+            exactly_same: ids(&f.exactly_same),
+            parted_by: parted_by(f, registry),
             moment: f.hypothesis.moment.as_ref().map(Moment::of),
         };
         noted.map(one).collect()
@@ -233,18 +234,18 @@ impl LadderStep {
         };
         let parameter = |e: &Estimate| AddedParameter {
             name: e.name.clone(),
-            effect: e.effect.clone(),
+            effect: e.effect.to_string(),
             value: e.unit.from_si(e.value),
             sigma: finite(e.unit.from_si(e.sigma)),
             unit: e.unit.symbol.into(),
         };
-        let added = step.calibration.estimates.iter().filter(|e| step.added.contains(&e.effect));
+        let added = step.calibration.estimates.iter().filter(|e| step.added.iter().any(|added| e.effect == *added));
         LadderStep {
             added: step.added.clone(),
             added_words: added_words(&step.added),
-            added_notes: EffectNote::all(&step.added, below),
+            added_notes: EffectNote::all(&step.added, below, &step.model.registry),
             parameters: added.map(parameter).collect(),
-            effects: step.model.effects.clone(),
+            effects: step.model.ids(),
             residual_mm: step.fit / MM,
             cross_validated_mm: step.cross_validated / MM,
             chi2_per_dof: step.calibration.noise_stated.then_some(step.chi2_per_dof).and_then(finite),
@@ -257,7 +258,7 @@ impl LadderStep {
             symptoms: step.symptoms.iter().map(symptom_sentence).collect(),
             gains: step.gains.iter().map(Gain::of).collect(),
             verdict: step.diagnosis.verdict.name().into(),
-            set95: step.diagnosis.set95.clone(),
+            set95: ids(&step.diagnosis.set95),
         }
     }
 }

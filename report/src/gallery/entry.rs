@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use calibench::effects::Needs;
 use calibench::effects::facts::Follows;
-use calibench::effects::registry::family;
-use calibench::effects::{Needs, in_words};
+use calibench::effects::registry::Registry;
 use calibench::residuals::Look;
 
 use super::see::Seen;
@@ -58,7 +58,7 @@ pub struct Entry {
 impl Entry {
     /// The page.
     pub(super) fn page(&self) -> String {
-        let Some(f) = family(&self.effect) else { return String::new() };
+        let Some(f) = Registry::catalogue().family(&self.effect) else { return String::new() };
         let look = Look::of(f);
         let mut out = String::new();
         let mut say = |text: &str| _ = writeln!(out, "{text}");
@@ -112,7 +112,7 @@ impl Entry {
         format!(
             "The picture is of {}: {}, with {}{more}, {times}.\n{lacks} leaves {} rms; with it, {} remains.\nThe {} {:.0} % of the plotted squares.{faint}",
             self.campaign,
-            in_words(&self.effect),
+            Registry::catalogue().in_words(&self.effect),
             sizes.join(", "),
             self.seen.rms[0],
             self.seen.rms[1],
@@ -140,17 +140,19 @@ impl Entry {
             "Fitted in its place, another effect absorbs at best this share of what the model leaves of it in this campaign:\n\n| effect | absorbs |\n|---|---|\n",
         );
         for i in &worth {
-            let page = family(&i.effect).map_or(String::new(), |f| format!("[{}]({}.md)", in_words(&i.effect), f.id));
+            let page = Registry::catalogue()
+                .family(&i.effect)
+                .map_or(String::new(), |f| format!("[{}]({}.md)", Registry::catalogue().in_words(&i.effect), f.id));
             _ = writeln!(out, "| {page} | {:.0} % |", 100.0 * i.share);
         }
         if first.share >= THE_SAME {
-            _ = writeln!(out, "\nThese data cannot distinguish it from the {}.", in_words(&first.effect));
+            _ = writeln!(out, "\nThese data cannot distinguish it from the {}.", Registry::catalogue().in_words(&first.effect));
         }
         if let Some(beside) = &self.beside {
             _ = writeln!(
                 out,
                 "\nWith the {} fitted in its place {} remains, and this is where it shows:\n\n![{}]({}-beside.svg)",
-                in_words(&first.effect),
+                Registry::catalogue().in_words(&first.effect),
                 beside.rms[0],
                 beside.plot.title,
                 self.family

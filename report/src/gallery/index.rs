@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use calibench::effects::registry::family;
+use calibench::effects::registry::Registry;
 use calibench::residuals::Look;
 
 use super::Gallery;
@@ -13,7 +13,7 @@ use crate::effect_names::capital;
 pub const GALLERY_MARK: &str = "first-look.md";
 
 fn met(gallery: &Gallery, look: Look) -> Vec<&Entry> {
-    gallery.entries.iter().filter(|e| family(&e.effect).is_some_and(|f| Look::of(f) == look)).collect()
+    gallery.entries.iter().filter(|e| Registry::catalogue().family(&e.effect).is_some_and(|f| Look::of(f) == look)).collect()
 }
 
 /// The index: every picture, in the order in which a mechanic would look.
@@ -34,7 +34,7 @@ pub(super) fn index_page(gallery: &Gallery) -> String {
         }
         _ = writeln!(out, "\n## {}. {}\n\n| picture | effect |\n|---|---|", look as usize + 1, look.picture());
         for e in entries {
-            let Some(f) = family(&e.effect) else { continue };
+            let Some(f) = Registry::catalogue().family(&e.effect) else { continue };
             let id = f.id;
             _ = writeln!(
                 out,
@@ -49,7 +49,11 @@ pub(super) fn index_page(gallery: &Gallery) -> String {
     if !gallery.untestable.is_empty() {
         out.push_str("\n## Not in these data\n\n| effect | what they lack |\n|---|---|\n");
         for (id, needs) in &gallery.untestable {
-            _ = writeln!(out, "| {}, `{id}` | {needs} |", family(id).map_or(String::new(), |f| capital(f.what)));
+            _ = writeln!(
+                out,
+                "| {}, `{id}` | {needs} |",
+                Registry::catalogue().family(id).map_or(String::new(), |f| capital(f.what))
+            );
         }
     }
     out
@@ -77,8 +81,11 @@ pub(super) fn first_look_page(gallery: &Gallery) -> String {
         );
         let entries = met(gallery, look);
         if !entries.is_empty() {
-            let links: Vec<String> =
-                entries.iter().filter_map(|e| family(&e.effect)).map(|f| format!("[{}]({}.md)", f.what, f.id)).collect();
+            let links: Vec<String> = entries
+                .iter()
+                .filter_map(|e| Registry::catalogue().family(&e.effect))
+                .map(|f| format!("[{}]({}.md)", f.what, f.id))
+                .collect();
             _ = writeln!(out, "\nIt shows: {}.", links.join("; "));
         }
     }

@@ -4,7 +4,6 @@ use calibench::effects::EffectId;
 use calibench::effects::catalogue::set_aside_by;
 use calibench::effects::facts::{Follows, Offered, Period};
 use calibench::effects::family::{Family, Scan};
-use calibench::effects::registry::family;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::math::rms;
@@ -53,7 +52,7 @@ pub struct Seen {
 /// If the data do not determine the model, without or with the effect.
 pub fn see(datasets: &[NamedDataset<'_>], model: &Model, effect: &str, times: f64) -> Result<Seen, IdentifyError> {
     let scene = Scene::new(datasets, model, effect, times)?;
-    let turned = family(effect).is_some_and(|f| f.offered == Offered::ToOrientations);
+    let turned = model.family(effect).is_some_and(|f| f.offered == Offered::ToOrientations);
     let both: [Vec<Vector3<f64>>; 2] = if turned {
         [0, 1].map(|k| scene.rows.iter().filter_map(|r| r.turn.map(|t| t[0] - t[1] * k as f64)).collect())
     } else {
@@ -62,7 +61,7 @@ pub fn see(datasets: &[NamedDataset<'_>], model: &Model, effect: &str, times: f6
     let words = |size: f64| if turned { format!("{:.0} µrad", size / URAD) } else { millimetres(size) };
     let plot = match set_aside_by(effect) {
         Some(sample) => Some(lengths(&scene, sample)),
-        None => best(&scene, effect),
+        None => best(&scene, model.family(effect), effect),
     };
     Ok(Seen {
         in_a_view: plot.is_some(),
@@ -72,9 +71,8 @@ pub fn see(datasets: &[NamedDataset<'_>], model: &Model, effect: &str, times: f6
 }
 
 /// The best view: of those that the effect's family names, or else of all; `None` if no view shows it.
-fn best(scene: &Scene<'_>, effect: &str) -> Option<Plot> {
+fn best(scene: &Scene<'_>, family: Option<&'static Family>, effect: &str) -> Option<Plot> {
     let id = EffectId::new(effect);
-    let family = family(effect);
     let event = family.filter(|f| f.scan == Scan::Time).and_then(|_| id.last_argument()?.parse().ok()).map(|s: f64| s / 60.0);
     if let Some((joint, order)) = family.and_then(|f| Some((f.joint(&id)?.checked_sub(1)?, f.period.per_turn(&id)?))) {
         return view(scene, Ordinate::Joint(joint), Abscissa::Phase(joint, order), None).map(|seen| seen.plot);
@@ -93,7 +91,7 @@ fn best(scene: &Scene<'_>, effect: &str) -> Option<Plot> {
 }
 
 /// The views that a family's facts name.
-fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, Abscissa)> {
+fn natural(family: &Family, id: &EffectId, joints: usize) -> Vec<(Ordinate, Abscissa)> {
     let own: Vec<usize> = family.joint(id).and_then(|j| j.checked_sub(1)).map_or_else(|| (0..joints).collect(), |j| vec![j]);
     let any: Vec<usize> = (0..joints).collect();
     let second: Vec<usize> = id.number(1).and_then(|j| j.checked_sub(1)).map_or_else(|| any.clone(), |j| vec![j]);

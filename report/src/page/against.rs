@@ -12,7 +12,6 @@ use super::views::Views;
 use super::{PageSubject, short, shorts};
 use crate::documents::{LadderStep as StepDocument, to_value};
 use crate::symptom_sentence;
-use calibench::effects::in_words;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
 use calibench::units::MM;
@@ -49,9 +48,10 @@ impl Rival {
             let bins = curve.bins.iter().map(|b| json!({"x": short(b.x), "mean_urad": short(b.mean / calibench::units::URAD)}));
             json!({"joint": curve.joint, "against": curve.against.name(), "bins": bins.collect::<Vec<_>>()})
         });
-        let effects = |step: &calibench::selection::ladder::LadderStep| step.model.effects.clone();
+        let effects = |step: &calibench::selection::ladder::LadderStep| step.model.ids();
         let all: Vec<String> = effects(a).into_iter().chain(effects(b)).collect();
-        let words: serde_json::Map<String, Value> = all.into_iter().map(|id| (id.clone(), json!(in_words(&id)))).collect();
+        let words: serde_json::Map<String, Value> =
+            all.into_iter().map(|id| (id.clone(), json!(b.model.registry.in_words(&id)))).collect();
         Ok(json!({
             "names": names,
             "effects": [effects(a), effects(b)],

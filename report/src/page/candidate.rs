@@ -12,8 +12,8 @@ use crate::meaning::{meaning, what};
 use crate::symptom_sentence;
 use calibench::diagnosis::heat_map::Curve;
 use calibench::diagnosis::{Diagnosis, Finding, Symptom, Verdict};
-use calibench::effects::registry::family;
-use calibench::effects::{EffectId, in_words};
+use calibench::effects::EffectId;
+use calibench::effects::registry::Registry;
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::fit::{Outcome, fit};
@@ -29,7 +29,7 @@ pub(super) const MOST: usize = 4;
 /// A fitted candidate.
 pub(super) struct Candidate {
     /// The id by which a model accepts it.
-    pub effect: String,
+    pub effect: EffectId,
     /// Residual before minus residual after, per sample, world axes, m.
     pub takes: Vec<Vector3<f64>>,
     /// Indices of the samples that are drawn.
@@ -51,7 +51,7 @@ pub(super) struct Candidate {
 /// A candidate named by a diagnosis, not yet fitted.
 pub(super) struct Offered {
     /// The id by which a model accepts it.
-    pub effect: String,
+    pub effect: EffectId,
     /// The model extended by it.
     wider: Model,
     /// Joint, counted from 0, and periods per revolution, for an effect periodic in a joint's angle.
@@ -63,10 +63,10 @@ impl Offered {
     pub fn all(model: &Model, diagnosis: &Diagnosis) -> Vec<Self> {
         let unexplained = diagnosis.verdict == Verdict::Unexplained;
         let curve = diagnosis.heat_map.curve.as_ref().filter(|_| unexplained && !diagnosis.heat_map.credible().is_empty());
-        let curve = curve.map(|c| Offered { effect: curve_id(c), wider: c.added_to(model), period: None });
+        let curve = curve.map(|c| Offered { effect: curve_id(c).into(), wider: c.added_to(model), period: None });
         let finding = |f: &Finding| {
             let effect = f.hypothesis.in_model.clone();
-            Offered { wider: model.with(&effect), effect, period: period(f) }
+            Offered { wider: model.with(&effect), effect, period: period(f, &model.registry) }
         };
         curve.into_iter().chain(diagnosis.findings.iter().map(finding)).collect()
     }
@@ -137,10 +137,10 @@ pub(super) fn curve_id(curve: &Curve) -> String {
 }
 
 /// Joint, counted from 0, and periods per revolution of an effect periodic in a joint's angle.
-fn period(f: &Finding) -> Option<(usize, u32)> {
-    let id = EffectId::new(&f.hypothesis.in_model);
-    let family = family(id.whole())?;
-    Some((family.joint(&id)?.checked_sub(1)?, family.period.per_turn(&id)?))
+fn period(f: &Finding, registry: &Registry) -> Option<(usize, u32)> {
+    let id = &f.hypothesis.in_model;
+    let family = registry.family(id)?;
+    Some((family.joint(id)?.checked_sub(1)?, family.period.per_turn(id)?))
 }
 
 fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Vec<f64>)> {
@@ -151,51 +151,49 @@ fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Ve
 
 /// The name and meaning of every effect that the page mentions, and where to look for it.
 pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
-    let mut named: BTreeSet<String> = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone()).collect();
-    named.extend(diagnosis.contributions.iter().map(|c| c.effect.clone()));
-    named.extend(diagnosis.fitted.iter().cloned());
-    named.extend(diagnosis.set95.iter().cloned());
-    named.extend(diagnosis.findings.iter().flat_map(|f| f.rivals.iter().chain(&f.exactly_same)).cloned());
-    named.extend(diagnosis.together.iter().map(|t| t.effect.clone()));
-    named.extend(diagnosis.curve_family.iter().map(|f| f.effect.clone()));
-    named.extend(diagnosis.unbelievable.iter().map(|(effect, _)| effect.clone()));
-    named.extend(diagnosis.untestable.iter().map(|u| u.effect.clone()));
+    let mut named: BTreeSet<String> = diagnosis.fitted.iter().cloned().collect();
+    let findings = diagnosis.findings.iter();
+    let ids = findings.flat_map(|f| std::iter::once(&f.hypothesis.in_model).chain(&f.rivals).chain(&f.exactly_same));
+    let ids = ids.chain(diagnosis.contributions.iter().map(|c| &c.effect)).chain(&diagnosis.set95);
+    let ids = ids.chain(diagnosis.together.iter().map(|t| &t.effect)).chain(diagnosis.curve_family.iter().map(|f| &f.effect));
+    let ids = ids.chain(diagnosis.unbelievable.iter().map(|(effect, _)| effect));
+    named.extend(ids.chain(diagnosis.untestable.iter().map(|u| &u.effect)).map(ToString::to_string));
     named.extend(diagnosis.heat_map.curve.as_ref().map(curve_id));
     effects_in(ladder, &mut named);
-    Value::Object(named.into_iter().map(meaning_of).collect())
+    Value::Object(named.into_iter().map(|id| meaning_of(&diagnosis.registry, id)).collect())
 }
 
 /// Adds the effects that the sentences of a document speak of to the meanings of its page.
-pub(super) fn add_spoken_of(document: &Value, meanings: &mut Value) {
+pub(super) fn add_spoken_of(document: &Value, registry: &Registry, meanings: &mut Value) {
     let mut spoken = BTreeSet::new();
-    effects_spoken_of(document, false, &mut spoken);
+    effects_spoken_of(document, registry, false, &mut spoken);
     let Some(meanings) = meanings.as_object_mut() else { return };
     for id in spoken {
-        meanings.entry(id.clone()).or_insert_with(|| meaning_of(id).1);
+        meanings.entry(id.clone()).or_insert_with(|| meaning_of(registry, id).1);
     }
 }
 
 /// The name and meaning of an effect, by its id.
-fn meaning_of(effect: String) -> (String, Value) {
-    let m = meaning(&effect);
-    let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look,
+fn meaning_of(registry: &Registry, effect: String) -> (String, Value) {
+    let m = meaning(registry, &effect);
+    let said = json!({"name": registry.in_words(&effect), "what": what(registry, &effect), "physics": m.physics, "look": m.look,
         "gallery": gallery_page(&effect)});
     (effect, said)
 }
 
 /// Collects the ids of effects in the sentences of a document.
-fn effects_spoken_of(document: &Value, sentence: bool, ids: &mut BTreeSet<String>) {
+fn effects_spoken_of(document: &Value, registry: &Registry, sentence: bool, ids: &mut BTreeSet<String>) {
     match document {
         Value::String(text) if sentence => {
             let words = text.split(|c: char| !(c.is_alphanumeric() || "_:.@+-".contains(c)));
             let id = |word: &str| word.trim_end_matches([':', '.']).to_owned();
-            ids.extend(words.map(id).filter(|id| id.contains([':', '_']) && family(id).is_some()));
+            ids.extend(words.map(id).filter(|id| id.contains([':', '_']) && registry.family(id).is_some()));
         }
-        Value::Array(items) => items.iter().for_each(|item| effects_spoken_of(item, sentence, ids)),
+        Value::Array(items) => items.iter().for_each(|item| effects_spoken_of(item, registry, sentence, ids)),
         Value::Object(fields) => {
             for (key, value) in fields {
                 let sentence = matches!(key.as_str(), "sentences" | "symptoms" | "words" | "objections" | "advice");
-                effects_spoken_of(value, sentence, ids);
+                effects_spoken_of(value, registry, sentence, ids);
             }
         }
         _ => {}

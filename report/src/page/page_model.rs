@@ -16,7 +16,7 @@ use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
 use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
 use calibench::diagnosis::Verdict;
-use calibench::effects::{in_words, variable_in_words};
+use calibench::effects::variable_in_words;
 use calibench::identify::Prediction;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
@@ -89,7 +89,7 @@ impl PageModel {
 
     /// The effects that may be added, by the id a model accepts, most credible first.
     pub fn candidates(&self) -> Vec<String> {
-        Offered::all(&self.ladder_step.model, &self.ladder_step.diagnosis).into_iter().map(|o| o.effect).collect()
+        Offered::all(&self.ladder_step.model, &self.ladder_step.diagnosis).into_iter().map(|o| o.effect.into()).collect()
     }
 
     /// The poses at which it was judged.
@@ -145,7 +145,7 @@ impl PageModel {
             document["misfit"] = json!(misfit);
         }
         let mut meanings = document["meanings"].take();
-        candidate::add_spoken_of(&document, &mut meanings);
+        candidate::add_spoken_of(&document, &diagnosis.registry, &mut meanings);
         document["meanings"] = meanings;
         Ok(document)
     }
@@ -154,17 +154,18 @@ impl PageModel {
 /// The verdict as a headline, its meaning, and the expected error of the robot.
 fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
-    let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| f.hypothesis.in_model.clone());
+    let named =
+        || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| f.hypothesis.in_model.to_string());
     let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name(), cell.explains));
     // The ids of the effects that the headline names.
     let effects: Vec<String> = match d.verdict {
         Verdict::Identified => named().take(1).collect(),
-        Verdict::Partly => d.findings.first().map(|f| f.hypothesis.in_model.clone()).into_iter().collect(),
+        Verdict::Partly => d.findings.first().map(|f| f.hypothesis.in_model.to_string()).into_iter().collect(),
         Verdict::Indistinguishable => named().collect(),
         _ => Vec::new(),
     };
-    let first_words = || effects.first().map_or_else(String::new, |effect| in_words(effect));
-    let physics = || effects.first().map_or_else(String::new, |effect| sentence(meaning(effect).physics));
+    let first_words = || effects.first().map_or_else(String::new, |effect| d.registry.in_words(effect));
+    let physics = || effects.first().map_or_else(String::new, |effect| sentence(meaning(&d.registry, effect).physics));
     let (headline, means) = match d.verdict {
         Verdict::NoiseLargerThanStated => (
             "The residual is noise, and more of it than stated".to_owned(),
@@ -199,7 +200,7 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
             (format!("{}{comma} explains {share:.0} %; more is missing", capital(&words)), physics())
         }
         Verdict::Indistinguishable => {
-            let all: Vec<String> = effects.iter().map(|effect| in_words(effect)).collect();
+            let all: Vec<String> = effects.iter().map(|effect| d.registry.in_words(effect)).collect();
             (format!("Missing in the model: {}", all.join("; or ")), "These data cannot tell which.".to_owned())
         }
         Verdict::Unexplained => match curve {

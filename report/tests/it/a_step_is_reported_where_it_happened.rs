@@ -1,7 +1,7 @@
 //! A step is located between the samples between which it occurred, and both the sentences and the JSON report it.
 
 use calibench::diagnosis::Verdict;
-use calibench::effects::in_words;
+use calibench::effects::registry::Registry;
 use calibench_report::documents;
 use calibench_report::{Recommended, sentences};
 
@@ -50,7 +50,7 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     let first = &told.findings[0];
     let moment = first.hypothesis.in_model.strip_prefix("base_step:").unwrap();
     assert_eq!(first.exactly_same, [format!("artifact_step:{moment}")]);
-    let called = |id: String| format!("{} ({id})", in_words(&id));
+    let called = |id: String| format!("{} ({id})", Registry::catalogue().in_words(&id));
     let [base, artifact] = ["base_step", "artifact_step"].map(|family| called(format!("{family}:{moment}")));
     let said = format!("{base} or {artifact}: aliased in these data; only a look at either from outside");
     assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.contains(&said)), "{said}");

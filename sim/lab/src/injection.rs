@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 use calibench::diagnosis::Examination;
 use calibench::diagnosis::detectability::Detectability;
 use calibench::diagnosis::library::{Library, Untestable};
-use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::{EffectId, build};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
@@ -122,7 +121,7 @@ impl<'a> Subject<'a> {
             noise,
             poses: all.into_iter().step_by(spread).collect(),
             anew: examination.problem().parameters().iter().any(|p| p.defines_world),
-            smallest: sights.into_iter().map(|s| (s.effect, s.smallest)).collect(),
+            smallest: sights.into_iter().map(|s| (s.effect.into(), s.smallest)).collect(),
             effects: effects_of(datasets, &model, &library, seed),
             untestable: library.untestable,
             model,
@@ -168,19 +167,20 @@ impl<'a> Subject<'a> {
 
 /// The members of the catalogue that these data can test, those to be scanned at an order or moment sampled for each.
 fn effects_of(datasets: &[NamedDataset<'_>], model: &Model, library: &Library, seed: u64) -> Vec<String> {
-    let ids: Vec<&String> = library.candidates.iter().map(|c| &c.id).collect();
+    let ids: Vec<&EffectId> = library.candidates.iter().map(|c| &c.id).collect();
     // A family as a whole is the sum of its members.
     let has_members = |id: &str| ids.iter().any(|other| other.starts_with(&format!("{id}:")));
-    let mut effects: Vec<String> = ids.iter().filter(|id| !has_members(id)).map(|id| (*id).clone()).collect();
+    let mut effects: Vec<String> = ids.iter().filter(|id| !has_members(id)).map(|id| id.to_string()).collect();
     let first = datasets[0].dataset;
     let joints = (1..=first.robot.joints()).filter(|j| first.robot.kind(j - 1) == JointKind::Revolute);
     let mut random = Streams { seed, trial: 0 }.stream("places of injections");
-    let mut scanned: Vec<String> = joints.clone().map(|j| format!("harmonic:{j}:{}", random.random_range(ORDERS))).collect();
+    let mut scanned: Vec<String> =
+        joints.clone().map(|j| format!("{}:{j}:{}", EffectId::HARMONIC, random.random_range(ORDERS))).collect();
     let times = |d: &Dataset| d.samples.iter().filter(|s| Use::Fit.takes(s)).filter_map(|s| s.time_s).reduce(f64::max);
     if let Some(duration) = datasets.iter().filter_map(|d| times(d.dataset)).reduce(f64::min) {
         let mut moment = || format!("{:.1}", duration * random.random_range(DURING));
-        scanned.extend(["base_step", "tool_step"].map(|family| format!("{family}:{}", moment())));
-        scanned.extend(joints.map(|j| format!("joint_step:{j}:{}", moment())));
+        scanned.extend([EffectId::BASE_STEP, EffectId::TOOL_STEP].map(|family| format!("{family}:{}", moment())));
+        scanned.extend(joints.map(|j| format!("{}:{j}:{}", EffectId::JOINT_STEP, moment())));
     }
     let balls = first.ball_ids();
     let subject = model.subject(&first.robot, &balls);
@@ -189,6 +189,6 @@ fn effects_of(datasets: &[NamedDataset<'_>], model: &Model, library: &Library, s
         effect.is_ok_and(|e| datasets.iter().all(|d| missing(e.as_ref(), d.dataset, model, Use::Fit).is_none()))
     };
     effects.extend(scanned.into_iter().filter(|id| !model.holds(id) && testable(id)));
-    effects.sort_by_key(|id| CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family()));
+    effects.sort_by_key(|id| model.registry.families().position(|f| f.id == EffectId::new(id).family()));
     effects
 }

@@ -95,7 +95,7 @@ impl Case<'_> {
         };
         let (first, advised) = (climbed.first(), climbed.recommended());
         let measured = [errors(&first.calibration)?, errors(&advised.calibration)?];
-        let geometry = identify(&fitted, &Model::of(&["base_frame", "mdh"])).and_then(|c| errors(&c)).ok().flatten();
+        let geometry = identify(&fitted, &Model::geometry()).and_then(|c| errors(&c)).ok().flatten();
         let rms = |v: &Option<Validation>| v.as_ref().map_or(f64::NAN, |v| v.rms / MM);
         let postures = [Postures::of(&fitted, |s| Use::Fit.takes(s)).count(), Postures::of(&judged, takes).count()];
         let predicted = [first, advised].map(|r| r.workspace.as_ref().map(WorkspaceError::mean_as_measured));

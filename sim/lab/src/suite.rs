@@ -174,5 +174,5 @@ fn check(scenario: &Scenario, spec: &SuiteToml) -> Result<(), FileError> {
 fn effects_of(cell: &Scenario) -> Vec<String> {
     let dataset = cell.dataset();
     let library = Library::of_robot(&dataset, &cell.model);
-    case::with_scanned(library.candidates.into_iter().map(|c| c.id).collect(), dataset.robot.joints())
+    case::with_scanned(library.candidates.into_iter().map(|c| c.id.into()).collect(), dataset.robot.joints())
 }

@@ -1,7 +1,7 @@
 //! Builds the machine that MuJoCo simulates from a scenario: constant effects of the truth are built in; truths that
 //! are not part of a mechanism are refused.
 
-use calibench::effects;
+use calibench::effects::EffectId;
 use calibench::effects::situation::{Kind, Situation};
 use calibench::measure::dataset::Dataset;
 use calibench::robot::FramePose;
@@ -18,8 +18,11 @@ use calibench_sim::mechanics::{Parts, PlantError};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::Scenario;
 
+/// Effects that the gears and the joints of the controller have.
+const BY_JOINTS: [&str; 2] = [EffectId::JOINT_COMPLIANCE, EffectId::HYSTERESIS];
+
 /// Effects of the catalogue that are constant parameters of the cell: they are built into the machine.
-const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
+const BUILT_IN: [&str; 4] = [EffectId::BASE_FRAME, EffectId::MDH, EffectId::TOOL_FRAME, EffectId::BALL];
 
 /// The machine that a scenario describes, with the constant effects of its truth built in.
 ///
@@ -61,13 +64,12 @@ fn unsuited(key: String, remedy: String) -> PlantError {
 fn built_in(drawn: Vec<TrueEffect>) -> Result<Vec<TrueEffect>, PlantError> {
     let mut effects = Vec::new();
     for effect in drawn {
-        let id = effect.effect.id();
-        let family = effects::registry::family(id).map_or(id, |family| family.id);
-        if BUILT_IN.contains(&family) {
+        let id = EffectId::new(effect.effect.id());
+        if BUILT_IN.contains(&id.family()) {
             effects.push(effect);
-        } else if !["joint_compliance", "hysteresis"].contains(&family) {
-            let known = BUILT_IN.join(", ");
-            let remedy = format!("remove it, or run the analytic plant; MuJoCo knows: {known}, joint_compliance, hysteresis");
+        } else if !BY_JOINTS.contains(&id.family()) {
+            let known = [&BUILT_IN[..], &BY_JOINTS].concat().join(", ");
+            let remedy = format!("remove it, or run the analytic plant; MuJoCo knows: {known}");
             return Err(unsuited(format!("truth.effects.{id}"), remedy));
         }
     }

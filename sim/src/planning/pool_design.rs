@@ -30,7 +30,7 @@ pub fn shown(model: &Model, dataset: &Dataset) -> Model {
     let balls = dataset.ball_ids();
     let subject = model.subject(&dataset.robot, &balls);
     let shows =
-        |id: &String| effects::build(id, &subject).map_or(true, |e| missing(e.as_ref(), dataset, model, Use::Fit).is_none());
+        |id: &str| effects::build(id, &subject).map_or(true, |e| missing(e.as_ref(), dataset, model, Use::Fit).is_none());
     Model { effects: model.effects.iter().filter(|id| shows(id)).cloned().collect(), ..model.clone() }
 }
 

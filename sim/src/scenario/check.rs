@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use calibench::effects::Subject;
+use calibench::effects::{EffectId, Subject};
 use calibench::files::FileError;
 use calibench::identify::Model;
 use calibench::identify::model_file::{EffectList, check_effects};
@@ -220,7 +220,7 @@ pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Re
     let tables = [effect.as_slice(), &toml.effects].concat();
     let list = EffectList { path: Path::new(""), text: "", key: "model.effects", ids: effects, tables: &tables };
     let (own, effects) = check_effects(&list, &subject).map_err(as_here)?;
-    Ok(Model { effects, own, ..Model::default() })
+    Ok(Model { effects: effects.into_iter().map(EffectId::from).collect(), own, ..Model::default() })
 }
 
 /// The expectations, in the order in which they are printed.

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use calibench::effects;
+use calibench::effects::facts::{Follows, Stray};
+use calibench::effects::family::Family;
 use calibench::effects::own::OwnEffect;
-use calibench::effects::{Effect, Subject};
+use calibench::effects::{Effect, EffectId, Subject};
 use calibench::files::FileError;
 use calibench::measure::dataset::Dataset;
 use calibench::robot::statics::Payload;
@@ -16,6 +18,7 @@ use rand_distr::StandardNormal;
 
 use super::sources::Sources;
 use super::truth_keys::TruthToml;
+use crate::effect_names::family_of;
 use crate::flaw::{Flaw, Flaws, TrueEffect};
 use crate::mismatch::misshapen;
 use crate::random::Streams;
@@ -34,6 +37,8 @@ pub struct Truth {
 #[derive(Clone)]
 pub struct StatedEffect {
     effect: Arc<dyn Effect>,
+    /// Its family; `None` for one of the user.
+    family: Option<&'static Family>,
     /// Size by parameter, SI; `None` if it is sampled.
     sizes: Vec<Option<f64>>,
     /// One-sigma of the sampled sizes, in units of the plausible size.
@@ -148,28 +153,31 @@ impl Truth {
     pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
         let mut shapes = streams.stream("shapes");
         let mut flaws = Flaws { all: self.hidden.clone(), ..Flaws::none(joints) };
-        for effect in self.drawn(streams) {
-            let family = effects::registry::family(effect.effect.id()).map(|family| family.id);
+        for (effect, stated) in self.drawn(streams).into_iter().zip(&self.effects) {
+            let family = stated.family.map(|family| family.id);
             for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
                 let named = |names: &dyn Fn(usize) -> String, count: usize| (1..=count).find(|&k| parameter.name == names(k));
                 match family {
-                    Some("joint_compliance") => {
+                    Some(EffectId::JOINT_COMPLIANCE) => {
                         named(&|j| format!("c{j}"), joints).into_iter().for_each(|j| flaws.compliance[j - 1] += size);
                     }
-                    Some("hysteresis") => {
-                        named(&|j| format!("hysteresis:{j}.h"), joints)
+                    Some(EffectId::HYSTERESIS) => {
+                        named(&|j| format!("{}:{j}.h", EffectId::HYSTERESIS), joints)
                             .into_iter()
                             .for_each(|j| flaws.hysteresis[j - 1] += size);
                     }
-                    Some("stiction") => {
-                        named(&|i| format!("stiction.{i}"), 3).into_iter().for_each(|i| flaws.stiction[i - 1] += size);
+                    Some(EffectId::STICTION) => {
+                        named(&|i| format!("{}.{i}", EffectId::STICTION), 3)
+                            .into_iter()
+                            .for_each(|i| flaws.stiction[i - 1] += size);
                     }
                     _ => {}
                 }
             }
             // Flaws with a Dahl friction state are kept apart from effects that take the sign of the last motion.
-            let flaw = Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes));
-            if !matches!(family, Some("hysteresis" | "stiction")) {
+            let stray = stated.family.map_or(Stray::None, |family| family.stray);
+            let flaw = Arc::from(misshapen(effect, stray, self.keys.mismatch, &mut shapes));
+            if !matches!(family, Some(EffectId::HYSTERESIS | EffectId::STICTION)) {
                 flaws.all.push(flaw);
             }
         }
@@ -212,7 +220,8 @@ fn stated(
         let remedy = "correct its name, or define it in a [[model.effect]] table with `candidate = true`";
         sources.wrong(&key, e.to_string(), remedy)
     })?;
-    if effects::registry::family(id).is_some_and(|f| f.follows.contains(&effects::facts::Follows::LastMove)) {
+    let family = subject.registry.family(id);
+    if family.is_some_and(|f| f.follows.contains(&Follows::LastMove)) {
         return Err(sources.wrong(&key, "is an error of the read-back, and the simulated arm is read at rest", "leave it out"));
     }
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
@@ -224,12 +233,12 @@ fn stated(
     let rest = if scale.is_some() { None } else { Some(0.0) };
     let size = |(key, spec): (&String, &effects::ParameterSpec)| given.get(key).map(|v| spec.unit.to_si(*v)).or(rest);
     let sizes = keys.iter().zip(effect.parameters()).map(size).collect();
-    Ok(StatedEffect { effect: effect.into(), sizes, scale: scale.unwrap_or(0.0) })
+    Ok(StatedEffect { effect: effect.into(), family, sizes, scale: scale.unwrap_or(0.0) })
 }
 
 /// Key of a parameter in `[truth.effects.ID]`: its name without the part given by the id, and its unit.
 pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
-    let family = effects::EffectId::new(id).family();
+    let family = family_of(id);
     let own = name
         .strip_prefix(&format!("{id}."))
         .or_else(|| name.strip_prefix(&format!("{family}:")))

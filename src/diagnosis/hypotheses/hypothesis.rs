@@ -1,5 +1,7 @@
 //! A hypothesis: an effect that may be missing, with its evidence.
 
+use crate::effects::EffectId;
+
 /// Place of an effect, found by a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
@@ -15,9 +17,9 @@ pub enum Place {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
     /// Id in the catalogue.
-    pub effect: String,
+    pub effect: EffectId,
     /// Id in a model: including the order, the moment or the sample if a scan found one.
-    pub in_model: String,
+    pub in_model: EffectId,
     /// Place found by a scan; `None` without a scan.
     pub place: Option<Place>,
     /// Logarithm of the evidence for the effect over that for noise alone; for a scan, of the mean evidence over all

@@ -40,7 +40,7 @@ struct Gap {
 pub(super) fn steps(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
     let ids = ids(examination);
     if let Some(needs) = lacking(examination) {
-        return (Vec::new(), ids.into_iter().map(|effect| Untestable { effect, needs }).collect());
+        return (Vec::new(), ids.into_iter().map(|effect| Untestable { effect: effect.into(), needs }).collect());
     }
     (ids.par_iter().filter_map(|id| step(examination, background, id)).collect(), Vec::new())
 }
@@ -90,7 +90,7 @@ pub(super) fn step(examination: &Examination, background: &Background, id: &str)
         let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
         let trial = |(b, &gap): (usize, &usize)| {
             let moment = gaps[gap].moment;
-            let place = TriedPlace { place: Place::Time(moment), in_model: format!("{id}:{moment}") };
+            let place = TriedPlace { place: Place::Time(moment), in_model: EffectId::new(&format!("{id}:{moment}")) };
             (gap, Trial::new(examination, background, place, &sweep.block(b, 1, plausible)))
         };
         trials.extend(next.iter().enumerate().map(trial));
@@ -195,7 +195,7 @@ fn hypothesis(examination: &Examination, id: &str, trials: BTreeMap<usize, Trial
     let trial = &trials[&best];
     let moment = moment(examination, gaps, &tried, &aware, best);
     Some(Hypothesis {
-        effect: id.to_owned(),
+        effect: id.into(),
         in_model: trial.place.in_model.clone(),
         place: Some(trial.place.place.clone()),
         ln_evidence: ln_sum_exp(plain.iter().copied()),

@@ -5,7 +5,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::background::Background;
 use crate::diagnosis::evidence::{SIZES, Seen, ln_mean_exp};
 use crate::diagnosis::sweep;
-use crate::effects;
+use crate::effects::{self, EffectId};
 
 /// A family tried at many places: its evidence is the mean over them, its place the one with the highest evidence.
 pub(super) struct Tried {
@@ -22,7 +22,7 @@ pub(super) struct TriedPlace {
     /// The place.
     pub place: Place,
     /// Id of the effect there in a model.
-    pub in_model: String,
+    pub in_model: EffectId,
 }
 
 /// Result at one place.
@@ -56,7 +56,7 @@ impl Tried {
     }
 
     /// The hypothesis at its best place; `effect` derives its id from the id in a model.
-    pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
+    pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&EffectId) -> EffectId) -> Option<Hypothesis> {
         let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
         let TriedPlace { place, in_model } = self.places[best].clone();
         Some(Hypothesis {

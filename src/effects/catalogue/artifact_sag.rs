@@ -1,7 +1,9 @@
 //! `artifact_sag`: the artifact leans progressively with height, `ball += (x, y) h²`, h being the height above the lowest
 //! ball as a share of that of the highest: a stem that bends under its own weight.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -23,6 +25,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the artifact leans, more so higher up", look: "check its clamping" },
     signature: Signature {
         looks: [
@@ -33,6 +36,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A dial gauge against the highest ball while the artifact is pushed by hand.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -1,7 +1,9 @@
 //! `artifact_scale`: the artifact is warmer than on the CMM, `ball += s (ball - centroid)`. A shift of the whole artifact
 //! belongs to the base.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -23,6 +25,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the artifact is warmer or colder than when it was certified", look: "log its temperature" },
     signature: Signature {
         looks: [
@@ -33,6 +36,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The temperature of the artifact against that of its certificate: steel grows by 11.5 µm per metre and kelvin; or the distance of two balls by another instrument.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -4,16 +4,23 @@
 //! If only balls are measured, this is exactly [`base_step`](super::base_step) with the opposite sign: only other targets,
 //! or an inspection of the clamps, can distinguish the two.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The artifact that was moved.
+    pub const ARTIFACT_STEP: &str = "artifact_step";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "artifact_step",
+    id: EffectId::ARTIFACT_STEP,
     arguments: ":T",
     name: "artifact bumped {time}",
     what: "the artifact was bumped once",
@@ -26,6 +33,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the artifact was bumped once",
         look: "check its clamping; what was measured before and after are two sessions",
@@ -39,6 +47,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Points measured without the artifact, before and after: they move if the base did, and stay if it was the artifact.",
     },
     stray: Stray::Moment,
+    alias: Alias::OnBalls(EffectId::BASE_STEP),
     members: alone,
     build: |id, _| {
         let time = id.time(0)?;

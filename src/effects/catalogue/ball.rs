@@ -1,15 +1,32 @@
 //! `ball:B`: a ball of the artifact moved or was mis-measured. Three parameters, in the world.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_ball;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The position of a ball, which a dataset states.
+    pub const BALL: &str = "ball";
+
+    /// The position of this ball.
+    pub fn of_ball(name: &str) -> Self {
+        EffectId::member(EffectId::BALL, name)
+    }
+
+    /// Name of the ball whose position it is.
+    pub fn ball_name(&self) -> Option<&str> {
+        self.rest().filter(|_| self.family() == EffectId::BALL)
+    }
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "ball",
+    id: EffectId::BALL,
     arguments: ":B",
     name: "position of ball {name}",
     what: "a ball moved or was mis-measured",
@@ -22,6 +39,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "one ball is not where it was certified to be",
         look: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
@@ -35,6 +53,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "That ball on the coordinate measuring machine once more, or more postures on it; a second place of the artifact distinguishes a ball from a part of the workspace.",
     },
     stray: Stray::None,
+    alias: Alias::OfOnlySample,
     members: each_ball,
     build: |id, subject| {
         let ball = id.ball(subject)?;

@@ -1,6 +1,8 @@
 //! `ball_step:B:T`: a ball was knocked once, T seconds into the session: `ball_B += (x, y, z)` after T, in the world.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_ball;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -8,8 +10,13 @@ use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The ball that was knocked.
+    pub const BALL_STEP: &str = "ball_step";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "ball_step",
+    id: EffectId::BALL_STEP,
     arguments: ":B:T",
     name: "ball {name} knocked {time}",
     what: "a ball was knocked once",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "one ball was knocked in the course of the campaign",
         look: "look at that ball: a loose seat, a collision; measure it again, or leave out what was probed on it before",
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "That ball probed again, and one neighbour: if the neighbour has moved too it was the artifact.",
     },
     stray: Stray::Moment,
+    alias: Alias::OfOnlySample,
     members: each_ball,
     build: |id, subject| {
         // A ball's name may contain colons: the time is the part after the last one.

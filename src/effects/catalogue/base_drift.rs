@@ -1,6 +1,8 @@
 //! `base_drift`: base and artifact drift apart, `base += (x, y, z) t` in the world, t being time as a share of the session.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -22,6 +24,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "base and artifact drift apart in the course of the session",
         look: "check both clamps, and sunlight",
@@ -35,6 +38,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "One posture repeated throughout the session: a ramp is heat or creep, a step is a bump.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -1,15 +1,22 @@
 //! `base_frame`: the pose of the robot in the world. `T_W0(chi) = Tr(x, y, z) Rz Ry Rx` (paper Eq. 2), six parameters.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::constant;
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::robot::sites::{Axis6, Site};
 use crate::units::{DEG, MM, Unit};
 
+impl EffectId {
+    /// The pose of the base in the world, which a dataset states.
+    pub const BASE_FRAME: &str = "base_frame";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "base_frame",
+    id: EffectId::BASE_FRAME,
     arguments: "",
     name: "pose of the base",
     what: "the base is displaced from its nominal pose",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Unlimited,
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the robot does not stand where the program believes", look: "" },
     signature: Signature {
         looks: [
@@ -32,6 +40,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Points far apart in the cell, at least three of them not on a line; a robot that was only moved leaves the distances between its points as they were.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

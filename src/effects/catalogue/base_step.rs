@@ -1,16 +1,23 @@
 //! `base_step:T`: base and artifact moved relative to each other once, T seconds into the session: `base += (x, y, z)`
 //! after T, in the world.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::{Axis6, Site};
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The base that was bumped.
+    pub const BASE_STEP: &str = "base_step";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "base_step",
+    id: EffectId::BASE_STEP,
     arguments: ":T",
     name: "base bumped {time}",
     what: "base or artifact was bumped once",
@@ -23,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "base or artifact was bumped once",
         look: "check both clamps; what was measured before and after are two sessions",
@@ -36,6 +44,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Balls or points measured again after the event; points beside balls tell whether it was the base or the artifact.",
     },
     stray: Stray::Moment,
+    alias: Alias::OnBalls(EffectId::ARTIFACT_STEP),
     members: alone,
     build: |id, _| {
         let time = id.time(0)?;

@@ -1,16 +1,23 @@
 //! `bearing_tilt:J`: the axis tilts under the moment across it, `phi = k (M_J - z_J (z_J . M_J))`, about the origin of
 //! frame J.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::per_joint;
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::robot::sites::{Axis6, Site};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Bearings that tilt under load.
+    pub const BEARING_TILT: &str = "bearing_tilt";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "bearing_tilt",
+    id: EffectId::BEARING_TILT,
     arguments: ":J",
     name: "bearing tilt of {joint}",
     what: "a joint's axis tips under the load",
@@ -23,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(60.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "a bearing gives way: the axis tips under the load's moment", look: "" },
     signature: Signature {
         looks: [
@@ -33,6 +41,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Two payloads, and postures that load the axis from different sides; one payload and few postures cannot distinguish it from the bending of the link next to it.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| {
         // Cross-roller bearings of a small arm: about 0.3 MN·m/rad near the base, 0.06 in the wrist.

@@ -1,16 +1,23 @@
 //! `cross_compliance:J:K`: the torque of joint K turns joint J, `theta_J += c tau_K`, for instance if two gears share a
 //! housing.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::turning;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::reference_torque;
 use crate::effects::shape::{Shape, theta};
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Compliance to the torque of another joint.
+    pub const CROSS_COMPLIANCE: &str = "cross_compliance";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "cross_compliance",
+    id: EffectId::CROSS_COMPLIANCE,
     arguments: ":J:K",
     name: "compliance of {joint} to the torque of {joint 2}",
     what: "the torque of one joint turns another",
@@ -23,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
+    curve: CurveShape::Line,
     meaning: Meaning { physics: "two gears share a housing: the torque of one turns the other", look: "" },
     signature: Signature {
         looks: [
@@ -33,6 +41,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Postures in which one of the two joints is loaded and the other is not; with two payloads they are easy to find.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: |subject| {
         let joints = turning(subject);
         let pairs = joints.clone().flat_map(|j| joints.clone().map(move |k| (j, k)));

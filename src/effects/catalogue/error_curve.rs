@@ -4,15 +4,22 @@
 //! So many parameters are poorly determined without a prior and are to be fitted with one. The plausible sizes of the whole
 //! curve fall with the order; those of a band are equal, and the size of the band is determined from the data.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{per_joint, theta};
 use crate::effects::{Effect, EffectError, EffectId, ParameterSpec, Subject};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Any smooth curve of a joint.
+    pub const ERROR_CURVE: &str = "error_curve";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "error_curve",
+    id: EffectId::ERROR_CURVE,
     arguments: ":J",
     name: "error curve of {joint}",
     what: "a joint errs by any smooth curve",
@@ -25,6 +32,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", look: "" },
     signature: Signature {
         looks: [
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "More angles of that joint; a named cause, if one fits, says more with fewer parameters.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| match (id.argument(1), id.argument(2), id.argument(3)) {
         (Some(low), Some(high), None) => band(id, low, high, subject),
@@ -51,7 +60,7 @@ const HIGHEST: usize = 1000;
 /// Standard deviation of a plausible band, rad.
 const BAND: f64 = 50.0 * URAD;
 
-fn band(id: &EffectId<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
+fn band(id: &EffectId, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
     let joint = id.joint(0, subject)?;
     let (Ok(low), Ok(high)) = (low.parse::<usize>(), high.parse::<usize>()) else {
         return Err(id.wrong("ends in the lowest and the highest order of a band, two whole numbers"));
@@ -65,7 +74,7 @@ fn band(id: &EffectId<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Resu
 
 /// Sine and cosine of each order, for each of the joints.
 fn curve(
-    id: &EffectId<'_>,
+    id: &EffectId,
     joints: Vec<usize>,
     orders: std::ops::RangeInclusive<usize>,
     suffix: &str,

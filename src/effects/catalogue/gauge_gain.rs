@@ -1,6 +1,8 @@
 //! `gauge_gain:I`: an indicator reads low by a share, `tool += g r_I e_I`; visible if residual readings remain.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, shift_tool};
@@ -21,6 +23,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "an indicator shows a share too much or too little",
         look: "check its scale with a gauge block",
@@ -34,6 +37,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A few probings that are stopped on purpose at readings of some tenths of a millimetre, and the columns r1_um ... that record them.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;

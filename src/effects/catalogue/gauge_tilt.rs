@@ -1,7 +1,9 @@
 //! `gauge_tilt:I`: a plunger's flat is tilted and responds to the ball's offset across it: `tool += k (r_J + r_K) e_I`, J
 //! and K being the other two indicators. The tilt about the other direction appears in their difference and is omitted.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, shift_tool};
@@ -22,6 +24,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "a plunger's flat is not square to its travel", look: "check the flat" },
     signature: Signature {
         looks: [
@@ -32,6 +35,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A few probings that are stopped on purpose away from zero, one indicator at a time.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;

@@ -1,6 +1,8 @@
 //! `gauge_zero:I`: an indicator was not zero when the ball was centred, `tool += z e_I` where a ball is probed.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, shift_tool};
@@ -21,6 +23,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-4),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "an indicator's zero is not where mastering put it", look: "master the gauge again" },
     signature: Signature {
         looks: [
@@ -31,6 +34,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A second mastering, or points by another instrument on the same tool.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;

@@ -1,15 +1,22 @@
 //! `gravity_backlash:J`: lost motion taken up by the load in its own direction, `theta_J += b tanh(tau_J / tau_0)`.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::reference_torque;
 use crate::effects::shape::{per_joint, theta};
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Play that the load closes.
+    pub const GRAVITY_BACKLASH: &str = "gravity_backlash";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "gravity_backlash",
+    id: EffectId::GRAVITY_BACKLASH,
     arguments: ":J",
     name: "backlash of {joint} under gravity",
     what: "lost motion by the side of the load",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(0.0, Unphysical::LostMotionAgainstLoad),
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,
+    curve: CurveShape::Sign,
     meaning: Meaning {
         physics: "the play of a gear closes on the side to which the load pulls",
         look: "test the play of the joint by hand",
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Postures just to either side of the balance of the joint, where the torque is small: only there does a step differ from a line. Arriving from both sides distinguishes it from hysteresis.",
     },
     stray: Stray::Closing(2.0),
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| {
         let closing: Vec<f64> = reference_torque(subject.robot).into_iter().map(|t| CLOSING_SHARE * t).collect();

@@ -4,7 +4,9 @@
 use nalgebra::Vector3;
 
 use super::through_compliance::{NEEDS, twist};
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -26,6 +28,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the cell is not level", look: "put a level on the base" },
     signature: Signature {
         looks: [
@@ -36,6 +39,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A spirit level on the base; or two payloads on opposite sides of the cell.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

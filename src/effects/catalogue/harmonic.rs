@@ -3,15 +3,26 @@
 //! Once per turn is eccentricity of a gear or of the encoder, twice is ovality; k at once or twice the gear ratio is the ripple of
 //! the wave generator of a strain-wave gear, of which accuracy classes of about 1 arcmin peak to peak allow tens of microradians.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{per_joint, theta};
 use crate::effects::{Effect, EffectError, EffectId, ParameterSpec};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Once per turn.
+    pub const HARMONIC_1: &str = "harmonic1";
+    /// Twice per turn.
+    pub const HARMONIC_2: &str = "harmonic2";
+    /// Any number of times per turn.
+    pub const HARMONIC: &str = "harmonic";
+}
+
 pub(super) const ONCE: Family = Family {
-    id: "harmonic1",
+    id: EffectId::HARMONIC_1,
     arguments: ":J",
     name: "eccentricity of {joint}, 1 per turn",
     what: "a joint errs once per turn (eccentric)",
@@ -24,6 +35,7 @@ pub(super) const ONCE: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::PerTurn(1),
+    curve: CurveShape::Wave,
     meaning: Meaning { physics: "a gear or an encoder disc runs eccentric: an error once per turn", look: "" },
     signature: Signature {
         looks: [
@@ -34,12 +46,13 @@ pub(super) const ONCE: Family = Family {
         parted_by: "Angles of the joint over more than half a turn: over a short range a sine is a straight line, which is a scale, or a bow, which is geometry.",
     },
     stray: Stray::Overtone(0.05),
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| build(id, id.joints(subject)?, 1, ""),
 };
 
 pub(super) const TWICE: Family = Family {
-    id: "harmonic2",
+    id: EffectId::HARMONIC_2,
     name: "ovality of {joint}, 2 per turn",
     what: "a joint errs twice per turn (oval)",
     equation: "theta_J += s sin(2 q_J) + c cos(2 q_J)",
@@ -61,7 +74,7 @@ pub(super) const TWICE: Family = Family {
 };
 
 pub(super) const ANY: Family = Family {
-    id: "harmonic",
+    id: EffectId::HARMONIC,
     arguments: ":J:k",
     name: "gear ripple of {joint}, {order} per turn",
     what: "a joint errs k times per turn (teeth)",
@@ -90,7 +103,7 @@ pub(super) const ANY: Family = Family {
     ..ONCE
 };
 
-fn build(id: &EffectId<'_>, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
+fn build(id: &EffectId, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
     let plausible = match order {
         1 => 70.0 * URAD,
         2 => 50.0 * URAD,

@@ -4,15 +4,22 @@
 //! repeatability of an IRB 1600 leaves no room for more (Slamani, Nubiola, Bonev, Robotics and Computer-Integrated
 //! Manufacturing 28 (2012)).
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{by_kind, per_joint};
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::units::{UM, URAD, Unit};
 
+impl EffectId {
+    /// Lost motion by the side of approach, which a controller of joints has.
+    pub const HYSTERESIS: &str = "hysteresis";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "hysteresis",
+    id: EffectId::HYSTERESIS,
     arguments: ":J",
     name: "hysteresis of {joint}",
     what: "lost motion by the side of the approach",
@@ -25,6 +32,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "a gear stops short on the side from which it came: friction and lost motion",
         look: "approach every pose from the same side",
@@ -38,6 +46,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Every posture twice, arriving from either side, and the columns approach1 ... that say which.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         // The play of a rail's rack and pinion is some hundredths of a millimetre.

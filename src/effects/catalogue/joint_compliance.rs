@@ -2,18 +2,25 @@
 //!
 //! tau_J is the moment of the load about +z_J, so a compliant gearbox has c_J > 0; a negative estimate is not physical.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{per_joint, theta};
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::units::Unit;
 
 /// Plausible size: a few thousandths of a degree per newton metre (paper Table 8 spans 3 to 28).
 const PLAUSIBLE_MDEG_PER_NM: f64 = 10.0;
 
+impl EffectId {
+    /// The compliances of the joints: other loads act through them.
+    pub const JOINT_COMPLIANCE: &str = "joint_compliance";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "joint_compliance",
+    id: EffectId::JOINT_COMPLIANCE,
     arguments: ":J",
     name: "compliance of {joint}",
     what: "gearboxes twist under gravity",
@@ -26,6 +33,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(10.0),
     period: Period::None,
+    curve: CurveShape::Line,
     meaning: Meaning { physics: "gearboxes are springs: the load twists them by c times its torque", look: "" },
     signature: Signature {
         looks: [
@@ -36,6 +44,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same postures with a light and a heavy payload; without a change of load, the weight of the links alone looks much like wrong geometry.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| {
         let unit = Unit::MDEG_PER_NM;

@@ -1,15 +1,22 @@
 //! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`, or `d_J` of a
 //! prismatic joint. The stiffness of cables and hoses looks the same.
 
-use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{by_kind, per_joint};
+use crate::effects::{EffectId, ParameterSpec};
 use crate::units::Unit;
 
+impl EffectId {
+    /// An error in proportion to the angle.
+    pub const JOINT_SCALE: &str = "joint_scale";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "joint_scale",
+    id: EffectId::JOINT_SCALE,
     arguments: ":J",
     name: "scale of {joint}",
     what: "a joint turns a share too far",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
+    curve: CurveShape::Line,
     meaning: Meaning {
         physics: "a joint turns a constant share too far: a wrong gear ratio or encoder scale",
         look: "check the ratio entered in the controller",
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The whole range of the joint, to both ends: there a line departs from the middle of a sine, and from what geometry can bend.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         let unit = |j| by_kind(subject.robot, j, [Unit::URAD_PER_RAD, Unit::UM_PER_M]);

@@ -1,7 +1,9 @@
 //! `joint_source:J`: the arm is at the commanded, not the reported, angle, `theta_J += s (q_commanded - q)`. s is 1 if the
 //! command is correct and 0 if the reading is.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::per_joint;
@@ -22,6 +24,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(1.5),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the joints are where they were sent, not where they are reported to be",
         look: "log the joints as the encoders read them",
@@ -35,6 +38,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The commanded and the reported angles side by side (qcmd1_deg ...), and a few postures read once more after the arm has come to rest.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         per_joint(

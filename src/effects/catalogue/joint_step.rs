@@ -1,14 +1,21 @@
 //! `joint_step:J:T`: a joint slipped once, T seconds into the session: `theta_J += s` after T.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, by_kind};
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::units::{UM, URAD, Unit};
 
+impl EffectId {
+    /// The joint that slipped.
+    pub const JOINT_STEP: &str = "joint_step";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "joint_step",
+    id: EffectId::JOINT_STEP,
     arguments: ":J:T",
     name: "slip of {joint} {time}",
     what: "a joint slipped once",
@@ -21,6 +28,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "a joint slipped once: a belt, a clamp, or a collision",
         look: "look at the robot's log at that moment, and check its mastering",
@@ -34,6 +42,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Postures of different reach after the event: a turned joint moves a stretched arm more, a bumped base moves all alike. A mastering check of that joint shows it at once.",
     },
     stray: Stray::Moment,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         let (j, time) = (id.any_joint(0, subject)?, id.time(1)?);

@@ -6,7 +6,9 @@
 
 use nalgebra::Vector3;
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
 use crate::effects::{Emit, Needs, ParameterSpec, Subject};
@@ -28,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(30.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "a link bends and twists as a beam", look: "" },
     signature: Signature {
         looks: [
@@ -38,6 +41,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Two payloads, with the link level and with it upright: upright it carries the same weight and does not bend.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: |subject| {
         let links = 1..subject.robot.joints();
         links.filter(|&j| is_beam(subject, j)).map(|j| format!(":{j}")).collect()

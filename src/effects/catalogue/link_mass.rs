@@ -5,15 +5,22 @@
 //! are aliased with a wrong payload.
 
 use super::through_compliance::{NEEDS, twist};
-use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
+use crate::effects::{EffectId, ParameterSpec};
 use crate::units::Unit;
 
+impl EffectId {
+    /// The masses of the links, which the description of the robot states.
+    pub const LINK_MASS: &str = "link_mass";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "link_mass",
+    id: EffectId::LINK_MASS,
     arguments: "",
     name: "masses of links 2, 3 and 4",
     what: "links 2, 3, 4 are heavier than entered",
@@ -26,6 +33,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(-1.0, Unphysical::NegativeMass),
     linear_range: LinearRange::Si(2.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the arm's links have other masses than entered; it acts through the compliance of the joints",
         look: "",
@@ -39,6 +47,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The joint torques that the controller reports, with the payload off; a change of payload distinguishes link from payload.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, subject| {
         id.at_most(0)?;

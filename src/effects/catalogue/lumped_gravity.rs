@@ -6,7 +6,9 @@
 //! remain, and these are independent on any arm.
 
 use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, theta};
@@ -26,6 +28,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "a gearbox gives way to the weight of what hangs on it, as far as that can be known without the masses of the links",
         look: "",
@@ -39,6 +42,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Known link masses in the robot's description, or a second payload whose mass is known.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| {
         id.at_most(1)?;

@@ -3,17 +3,22 @@
 //!
 //! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} are in the row of joint i (Eq. 1).
 
-use crate::effects::ParameterSpec;
-use crate::effects::facts::{LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{Alias, CurveShape, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::constant;
+use crate::effects::{EffectId, ParameterSpec};
 use crate::robot::sites::{MdhEntry, Site};
 use crate::robot::{JointKind, NEARLY_PARALLEL, Robot};
 use crate::units::{DEG, MM, Unit};
 
+impl EffectId {
+    /// The geometry of the links, which the description of the robot states.
+    pub const MDH: &str = "mdh";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "mdh",
+    id: EffectId::MDH,
     arguments: "",
     name: "link geometry",
     what: "link geometry differs from the nominal one",
@@ -26,6 +31,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(40.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "lengths and zeros of the arm differ from the nominal ones", look: "" },
     signature: Signature {
         looks: [
@@ -36,6 +42,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Postures spread over the whole range of every joint; the same postures with another payload, which leave geometry as it is and move everything elastic.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, subject| {
         id.at_most(0)?;

@@ -1,16 +1,18 @@
 //! `outlier:ID`: one sample disagrees with all others, `target += (x, y, z)` at that sample, in the world.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
 /// Id of the effect that excludes this sample.
 pub fn setting_aside(sample: &str) -> String {
-    format!("outlier:{sample}")
+    EffectId::member(EffectId::OUTLIER, sample).into()
 }
 
 /// The sample excluded by an effect; `None` for any other effect.
@@ -23,11 +25,16 @@ pub fn setting_aside(sample: &str) -> String {
 /// assert_eq!(set_aside_by("hysteresis:2"), None);
 /// ```
 pub fn set_aside_by(effect: &str) -> Option<&str> {
-    effect.strip_prefix("outlier:")
+    effect.strip_prefix(EffectId::OUTLIER)?.strip_prefix(':')
+}
+
+impl EffectId {
+    /// A sample set aside.
+    pub const OUTLIER: &str = "outlier";
 }
 
 pub(super) const FAMILY: Family = Family {
-    id: "outlier",
+    id: EffectId::OUTLIER,
     arguments: ":ID",
     name: "sample {name} excluded",
     what: "one sample disagrees with all others",
@@ -40,6 +47,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.2),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "one sample disagrees with all others",
         look: "look at that sample: a wrong ball, a bad contact, a centring that did not end; repeat it or leave it out",
@@ -53,6 +61,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "That sample once more. If it repeats, it is not an outlier but the first sign of something that no other posture shows.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, subject| {
         let sample = id.sample(subject)?.to_owned();

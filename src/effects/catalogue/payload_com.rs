@@ -2,15 +2,22 @@
 //! last frame.
 
 use super::through_compliance::{NEEDS, twist};
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The centre of mass of the payload, which a dataset states.
+    pub const PAYLOAD_COM: &str = "payload_com";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "payload_com",
+    id: EffectId::PAYLOAD_COM,
     arguments: "",
     name: "centre of mass of the payload",
     what: "the payload's centre is not as entered",
@@ -23,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the payload's centre of mass is not as entered; it acts through the compliance of the joints",
         look: "check its drawing",
@@ -36,6 +44,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The hand turned about the last joint in a posture that holds it level; the drawing of the payload.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -1,15 +1,22 @@
 //! `payload_mass`: the flange carries more than was entered: `theta_J += c_J m z_J . ((c - o_J) x g)`.
 
 use super::through_compliance::{NEEDS, twist};
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::units::Unit;
 
+impl EffectId {
+    /// The mass of the payload, which a dataset states.
+    pub const PAYLOAD_MASS: &str = "payload_mass";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "payload_mass",
+    id: EffectId::PAYLOAD_MASS,
     arguments: "",
     name: "mass of the payload",
     what: "the payload's mass is not as entered",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeastMinusPayload(Unphysical::NegativeMass),
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the payload has another mass than entered; it acts through the compliance of the joints",
         look: "weigh it",
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "A pair of scales; or the same postures with a second payload of known mass.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -5,7 +5,9 @@
 //! If a payload was entered, `payload_mass` and `payload_com` describe the deviation from it.
 
 use super::through_compliance::{NEEDS, twist};
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -26,6 +28,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the flange carries more than was entered; it acts through the compliance of the joints",
         look: "enter the payload: its mass and its centre",
@@ -39,6 +42,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same postures without the payload; or its mass and centre, weighed and entered.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

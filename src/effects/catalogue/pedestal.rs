@@ -1,15 +1,22 @@
 //! `pedestal`: the base tilts under the overturning moment, `(rx, ry) += (k_x M_x, k_y M_y)` in the base frame.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::robot::sites::{Axis6, Site};
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// The pedestal that bends.
+    pub const PEDESTAL: &str = "pedestal";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "pedestal",
+    id: EffectId::PEDESTAL,
     arguments: "",
     name: "compliance of the pedestal",
     what: "the base tips under the overturning moment",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "what the robot stands on tips under its overturning moment", look: "check the anchor bolts" },
     signature: Signature {
         looks: [
@@ -32,6 +40,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Opposite sides of the pedestal with the arm stretched, with two payloads; an inclinometer on the base settles it.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -1,18 +1,22 @@
 //! `probe_rotation`: the axes of measured orientations are not those of the tool. Three parameters, a rotation vector in them.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::constant;
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{DEG, Unit};
 
-/// Id of the effect that holds the axes of measured orientations.
-pub const PROBE_ROTATION: &str = "probe_rotation";
+impl EffectId {
+    /// The axes of measured orientations, which a dataset states.
+    pub const PROBE_ROTATION: &str = "probe_rotation";
+}
 
 pub(super) const FAMILY: Family = Family {
-    id: PROBE_ROTATION,
+    id: EffectId::PROBE_ROTATION,
     arguments: "",
     name: "axes of the measured orientations",
     what: "the axes of measured orientations are not those of the tool",
@@ -25,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Unlimited,
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the instrument on the flange is not turned as stated",
         look: "look at how the probe is mounted; state its axes in the dataset, or that they are free",
@@ -38,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Orientations measured with the hand turned about two axes at least.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -4,7 +4,9 @@
 //! Any pair can be named; none is offered automatically, since most data cannot separate them all.
 
 use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, theta};
 use crate::robot::JointKind;
@@ -24,6 +26,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
     signature: Signature {
         looks: [
@@ -34,6 +37,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Combinations of the two angles on a grid; varying one at a time never shows it.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     // Pairs with the next joint: they share a housing or a bearing.
     members: |subject| {
         let turns = |j: usize| subject.robot.kind(j) == JointKind::Revolute;

@@ -1,15 +1,22 @@
 //! `stiction`: a plunger sticks on the side it came from, `tool += s_I plunger_I e_I` where a ball is probed. One parameter
 //! per indicator.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, shift_tool};
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::units::{UM, Unit};
 
+impl EffectId {
+    /// Plungers that stick.
+    pub const STICTION: &str = "stiction";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "stiction",
+    id: EffectId::STICTION,
     arguments: "",
     name: "stiction of the plungers",
     what: "plungers hang up on one side",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-5),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "a plunger hangs up on the side from which it came",
         look: "clean it, and approach from one side",
@@ -35,6 +43,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same ball approached so that each plunger comes once from either side (plunger1 ...).",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -3,16 +3,23 @@
 //! Strain-wave gears are stiffer at high torque than at low (catalogues give three slopes), so k is negative for a physical
 //! joint.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+};
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::reference_torque;
 use crate::effects::shape::{per_joint, theta};
-use crate::effects::{Needs, ParameterSpec};
+use crate::effects::{EffectId, Needs, ParameterSpec};
 use crate::units::{DEG, Unit};
 
+impl EffectId {
+    /// Gears that stiffen under load.
+    pub const STIFFENING: &str = "stiffening";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "stiffening",
+    id: EffectId::STIFFENING,
     arguments: ":J",
     name: "stiffening of {joint} under load",
     what: "gearboxes are stiffer under load",
@@ -25,6 +32,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::AtMost(0.0, Unphysical::Softening),
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
+    curve: CurveShape::Square,
     meaning: Meaning {
         physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is not a straight line",
         look: "",
@@ -38,6 +46,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Several payloads in one posture: three points on the curve of one joint distinguish an S from a line and from a step.",
     },
     stray: Stray::Power { nominal: 3.0, spread: 0.8 },
+    alias: Alias::None,
     members: each_joint,
     build: |id, subject| {
         let reference = reference_torque(subject.robot);

@@ -1,19 +1,26 @@
 //! `target:R`: a measured point of the tool is not where it was said to be relative to the TCP. Three parameters, tool axes.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::by_name;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, shift_tool};
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::units::{MM, Unit};
 
-/// Id of the effect that holds the place of a measured point of the tool.
-pub(crate) fn place_of_target(name: &str) -> String {
-    format!("target:{name}")
+impl EffectId {
+    /// The position of a target on the tool, which a dataset states.
+    pub const TARGET: &str = "target";
+
+    /// The position of this target.
+    pub fn of_target(name: &str) -> Self {
+        EffectId::member(EffectId::TARGET, name)
+    }
 }
 
 pub(super) const FAMILY: Family = Family {
-    id: "target",
+    id: EffectId::TARGET,
     arguments: ":R",
     name: "position of target {name} on the tool",
     what: "a target is not where it is stated to be on the tool",
@@ -26,6 +33,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Unlimited,
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "one measured point of the tool is not where it is stated to be",
         look: "look at the seat of that target; measure its place on the tool again",
@@ -39,6 +47,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The target measured on its plate by another instrument, or with the hand turned.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: by_name,
     build: |id, _| {
         let tool_target = id.rest().filter(|r| !r.is_empty()).ok_or_else(|| id.wrong("names a target after the colon"))?;

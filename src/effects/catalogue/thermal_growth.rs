@@ -4,7 +4,9 @@
 //!
 //! Plausible size: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), a typical warm-up of a small arm.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
 use crate::effects::situation::Situation;
@@ -26,6 +28,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "links grow as the arm warms up", look: "warm the robot up, or log temp_c" },
     signature: Signature {
         looks: [
@@ -36,6 +39,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same stretched posture measured every few minutes from cold to warm, and temp_c: heat follows the temperature, a slipping clamp does not.",
     },
     stray: Stray::Slower(1.6),
+    alias: Alias::None,
     members: |_| vec![String::new(), ":temp".into()],
     build: |id, _| match id.rest() {
         None => {

@@ -1,6 +1,8 @@
 //! `thermal_joint:J`: a joint's zero drifts, `theta_J += b t`, t being time as a share of the session.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{by_kind, per_joint};
@@ -21,6 +23,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(2e-3),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the zero of a joint drifts as its gear warms up", look: "warm the robot up, or log temp_c" },
     signature: Signature {
         looks: [
@@ -31,6 +34,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "One posture repeated at the beginning, in the middle and at the end; other joints folded and stretched, so that a turn of the joint differs from a drift of the base.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         let drift = |j| by_kind(subject.robot, j, [(Unit::URAD, 60.0 * URAD), (Unit::UM, 60.0 * UM)]);

@@ -1,15 +1,22 @@
 //! `tool_frame`: the TCP deviates from the position measured by the CMM. Three parameters, in the last frame.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::constant;
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The position of the TCP, which a dataset states.
+    pub const TOOL_FRAME: &str = "tool_frame";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "tool_frame",
+    id: EffectId::TOOL_FRAME,
     arguments: "",
     name: "position of the TCP",
     what: "the TCP is not where the CMM said",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the TCP is not where it was measured to be", look: "measure the tool again" },
     signature: Signature {
         looks: [
@@ -32,6 +40,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same point reached with the hand turned to several orientations.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -1,15 +1,22 @@
 //! `tool_step:T`: the TriCal moved on the flange once, T seconds into the session: `tool += (x, y, z)` after T, in the last frame.
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
-use crate::effects::{Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Needs, Owner, ParameterSpec};
 use crate::robot::sites::Site;
 use crate::units::{MM, Unit};
 
+impl EffectId {
+    /// The tool that moved on the flange.
+    pub const TOOL_STEP: &str = "tool_step";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "tool_step",
+    id: EffectId::TOOL_STEP,
     arguments: ":T",
     name: "tool moved on the flange {time}",
     what: "the tool moved on the flange once",
@@ -22,6 +29,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning { physics: "the tool moved on the flange once", look: "check the tool's screws, and measure it again" },
     signature: Signature {
         looks: [
@@ -32,6 +40,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same point with the hand turned, before and after: a moved tool turns with the hand, a moved base does not.",
     },
     stray: Stray::Moment,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         let time = id.time(0)?;

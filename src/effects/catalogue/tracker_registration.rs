@@ -5,7 +5,9 @@
 
 use nalgebra::Vector3;
 
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -28,6 +30,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(100.0),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the tracker's frame does not coincide with the world's",
         look: "measure the tracker's reference points again",
@@ -41,6 +44,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The reference points of the tracker measured again, or balls beside the points.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -2,7 +2,9 @@
 //! last move, from the posture of the previous sample in the order of measurement within the session.
 
 use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{by_kind, per_joint};
@@ -22,6 +24,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "the joints were read before the arm had settled: the error is a part of the last move",
         look: "wait longer before the joints are read",
@@ -35,6 +38,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "The same postures in another order, or with a longer wait before the joints are read.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: any_joint,
     build: |id, subject| {
         let unit = |j| by_kind(subject.robot, j, [Unit::URAD_PER_RAD, Unit::UM_PER_M]);

@@ -2,7 +2,9 @@
 //! the controller: `theta_5 += k q_4`, `theta_6 += k q_4`, `theta_6 += k q_5` on an arm with six joints.
 
 use crate::effects::ParameterSpec;
-use crate::effects::facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, theta};
@@ -23,6 +25,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
+    curve: CurveShape::None,
     meaning: Meaning {
         physics: "turning one wrist joint drags the next ones along",
         look: "check the coupling entered in the controller",
@@ -36,6 +39,7 @@ pub(super) const FAMILY: Family = Family {
         parted_by: "Wrist postures in which one joint is turned through its range while the next one stands still.",
     },
     stray: Stray::None,
+    alias: Alias::None,
     members: |subject| if turning_wrist(subject.robot) { alone(subject) } else { Vec::new() },
     build: |id, subject| {
         id.at_most(0)?;

@@ -53,7 +53,13 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     }
     Ok(Calibration {
         robot_reference: file.robot.clone(),
-        model: Model { effects, own, measured_torques: file.measured_torques, width: file.width.clone(), ..Model::default() },
+        model: Model {
+            effects: effects.into_iter().map(EffectId::from).collect(),
+            own,
+            measured_torques: file.measured_torques,
+            width: file.width.clone(),
+            ..Model::default()
+        },
         estimates,
         correlation,
         unresolved: file.unresolved.clone(),
@@ -109,7 +115,7 @@ impl Reader<'_> {
     fn balls(&self) -> Vec<String> {
         let File { effects, effect: own, parameter, .. } = &self.file;
         let of_parameters = parameter.iter().map(|p| &p.effect);
-        let named = effects.iter().chain(of_parameters).filter_map(|id| id.strip_prefix("ball:").map(str::to_owned));
+        let named = effects.iter().chain(of_parameters).filter_map(|id| EffectId::new(id).ball_name().map(str::to_owned));
         named.chain(own.iter().flat_map(|table| table.balls())).collect()
     }
 
@@ -179,7 +185,7 @@ fn checked(p: &ParameterTable, effects: &[String], subject: &Subject<'_>) -> Res
     check_parameter(p, unit, effects, subject)?;
     Ok(Estimate {
         name: p.name.clone(),
-        effect: p.effect.clone(),
+        effect: p.effect.clone().into(),
         unit,
         value: unit.to_si(p.value),
         sigma: unit.to_si(p.sigma),
@@ -197,8 +203,8 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
         }
     }
     // Free and uncertain tools, targets and balls come from the data, not from the model.
-    let of_data =
-        matches!(EffectId::new(&p.effect).family(), "tool_frame" | effects::catalogue::PROBE_ROTATION | "target" | "ball");
+    let id = EffectId::new(&p.effect);
+    let of_data = matches!(id.family(), EffectId::TOOL_FRAME | EffectId::PROBE_ROTATION | EffectId::TARGET | EffectId::BALL);
     if !of_data && !effects.contains(&p.effect) {
         let problem = format!("'{}' is not among the effects of this calibration", p.effect);
         return Err(("effect", problem, format!("add it to `effects`, or {AGAIN}")));

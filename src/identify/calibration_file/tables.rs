@@ -311,7 +311,7 @@ impl ParameterTable {
     pub(super) fn of(e: &Estimate) -> Self {
         ParameterTable {
             name: e.name.clone(),
-            effect: e.effect.clone(),
+            effect: e.effect.to_string(),
             value: e.unit.from_si(e.value),
             sigma: e.unit.from_si(e.sigma),
             sigma_noise: Some(e.unit.from_si(e.sigma_noise)),

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
 use super::load_state::LoadState;
-use super::missing::{COMPLIANCE, missing};
+use super::missing::missing;
 use super::order::joints_before;
 use super::prior_row::PriorRow;
 use super::sample_row::SampleRow;
@@ -17,7 +17,7 @@ use super::wanted::{StatedPrior, wanted};
 use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects;
 use crate::effects::facts::Follows;
-use crate::effects::{Effect, Needs, Owner};
+use crate::effects::{Effect, EffectId, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::robot::Robot;
@@ -70,7 +70,7 @@ impl<'a> Assembly<'a> {
             parameters: Vec::new(),
             effects: Vec::new(),
         };
-        assembly.find_setups(model.effects.iter().any(|e| e == "base_frame"))?;
+        assembly.find_setups(model.lists(EffectId::BASE_FRAME))?;
         assembly.place_effects()?;
         Ok(assembly)
     }
@@ -123,13 +123,13 @@ impl<'a> Assembly<'a> {
     /// Builds the effects of every dataset and appends their parameters.
     fn place_effects(&mut self) -> Result<(), ProblemError> {
         let (datasets, model, robot) = (self.datasets, self.model, self.robot.clone());
-        let mut robot_owned: HashMap<String, usize> = HashMap::new();
+        let mut robot_owned: HashMap<EffectId, usize> = HashMap::new();
         for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
             let subject = model.subject(&robot, &balls);
             let mut placed: Vec<Placed> = Vec::new();
             for (id, belief) in wanted(dataset, model, self.which) {
-                if placed.iter().any(|p| p.effect.id() == id) {
+                if placed.iter().any(|p| id == *p.effect.id()) {
                     continue; // also in the model, which then holds the stated uncertainty in its prior
                 }
                 let effect = effects::build(&id, &subject)?;
@@ -157,7 +157,7 @@ impl<'a> Assembly<'a> {
                 let first = match effect.owner() {
                     Owner::Robot => {
                         let new = || add(&mut self.parameters, effect.as_ref(), "", flat);
-                        vec![*robot_owned.entry(effect.id().to_owned()).or_insert_with(new)]
+                        vec![*robot_owned.entry(effect.id().into()).or_insert_with(new)]
                     }
                     Owner::Artifact => vec![self.place_on_artifact(d, effect.as_ref(), flat)],
                     Owner::Session => self.place_in_sessions(d, effect.as_ref(), flat),
@@ -177,11 +177,11 @@ impl<'a> Assembly<'a> {
         let own = &mut self.parameters[first..];
         let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
         own.iter_mut().for_each(|p| p.setup = home);
-        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
+        let ball = dataset.balls.iter().position(|b| EffectId::of_ball(&b.id) == *effect.id());
         if let Some(b) = ball {
             place(own, dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
         }
-        if let Some(r) = dataset.tool_targets.iter().find(|r| effect.id() == effects::catalogue::place_of_target(&r.id)) {
+        if let Some(r) = dataset.tool_targets.iter().find(|r| EffectId::of_target(&r.id) == *effect.id()) {
             place(own, r.position.as_slice(), r.position.as_slice());
         }
         first
@@ -195,8 +195,8 @@ impl<'a> Assembly<'a> {
         let NamedDataset { name, dataset } = self.datasets[d];
         let shared = own.len() > 1
             && match effect.id() {
-                "base_frame" => dataset.shared.base,
-                "tool_frame" | effects::catalogue::PROBE_ROTATION => dataset.shared.tool,
+                EffectId::BASE_FRAME => dataset.shared.base,
+                EffectId::TOOL_FRAME | EffectId::PROBE_ROTATION => dataset.shared.tool,
                 _ => false,
             };
         let mut first = vec![usize::MAX; self.setups.len()];
@@ -215,12 +215,12 @@ impl<'a> Assembly<'a> {
             let parameters = &mut self.parameters[first[s]..];
             parameters.iter_mut().for_each(|p| (p.setup, p.shared) = (Some(s), shared));
             match effect.id() {
-                "base_frame" => {
+                EffectId::BASE_FRAME => {
                     place(parameters, &setup.base.to_array(), &setup.start.to_array());
                     setup.datum_freedoms.iter().for_each(|&axis| parameters[axis as usize].defines_world = true);
                 }
-                "tool_frame" => place(parameters, &setup.tool.xyz, &setup.tool.xyz),
-                effects::catalogue::PROBE_ROTATION => place(parameters, &[0.0; 3], setup.probe.as_slice()),
+                EffectId::TOOL_FRAME => place(parameters, &setup.tool.xyz, &setup.tool.xyz),
+                EffectId::PROBE_ROTATION => place(parameters, &[0.0; 3], setup.probe.as_slice()),
                 _ => {}
             }
         }
@@ -303,8 +303,8 @@ impl<'a> Assembly<'a> {
 /// The known distances of a dataset that involve an unknown ball; `balls` are the initial positions.
 fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]) -> Vec<DistanceRow> {
     let rows = dataset.ball_distances.iter().filter_map(|known| {
-        let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
-        let parameters = ids.map(|id| effects.iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
+        let ids = known.between.map(|b| EffectId::of_ball(&dataset.balls[b].id));
+        let parameters = ids.map(|id| effects.iter().find(|p| id == *p.effect.id()).map(|p| p.first[0]));
         // A free ball probed by none of these samples has no position to measure from.
         let has_position = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
         let says_something = parameters.iter().any(Option::is_some) && has_position(0) && has_position(1);
@@ -354,7 +354,7 @@ fn duration(dataset: &Dataset, session: Option<&str>) -> Option<f64> {
 /// Joint and index of every joint compliance among the parameters.
 fn compliances(parameters: &[Parameter], joints: usize) -> Vec<(usize, usize)> {
     let joint = |p: &Parameter| {
-        let of_compliance = effects::registry::family(&p.effect).is_some_and(|f| f.id == COMPLIANCE);
+        let of_compliance = p.effect.family() == EffectId::JOINT_COMPLIANCE;
         (0..joints).find(|j| of_compliance && p.spec.name == format!("c{}", j + 1))
     };
     parameters.iter().enumerate().filter_map(|(k, p)| Some((joint(p)?, k))).collect()
@@ -367,7 +367,7 @@ fn size_as_in_fleet(parameters: &mut [Parameter], model: &Model, belief: StatedP
         if let Some(size) = prior.size(&p.spec.name) {
             p.spec.prior = size;
             // What is known as well as that needs no allowance.
-            let known = !model.width.contains_key(&p.effect) && p.knowledge != Prior::Uninformative;
+            let known = !model.width.contains_key(p.effect.whole()) && p.knowledge != Prior::Uninformative;
             p.knowledge = if known { Prior::Plausible(size) } else { belief.of(&p.spec) };
         }
     }

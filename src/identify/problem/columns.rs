@@ -68,7 +68,7 @@ impl Problem {
         let mut loads = Loads::new(n);
         let is_free = |p: usize| {
             let Parameter { effect, knowledge, .. } = &self.parameters[p];
-            *knowledge == Prior::Uninformative && effect.starts_with("ball:")
+            *knowledge == Prior::Uninformative && effect.ball_name().is_some()
         };
         let state = self.load_state(values);
         let of_row = |(place, row): (usize, &super::SampleRow)| {

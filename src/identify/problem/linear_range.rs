@@ -1,6 +1,7 @@
 //! Limits of corrections beyond which the linear effects of a model are no longer valid.
 
 use super::{LoadState, Prior, Problem};
+use crate::effects::EffectId;
 use crate::robot::sites::{MdhEntry, Site};
 use crate::units::Unit;
 
@@ -25,7 +26,7 @@ impl Problem {
         let beyond = |(p, value): (usize, f64)| {
             let parameter = &self.parameters[p];
             let held = matches!(parameter.knowledge, Prior::Plausible(_)) && value > MOST_SIZES * parameter.spec.prior;
-            let of_link = parameter.effect == "mdh"
+            let of_link = parameter.effect == EffectId::MDH
                 && value > if parameter.spec.unit == Unit::MM { MOST_OF_REACH * reach } else { MOST_TURN };
             held || of_link
         };

@@ -1,12 +1,9 @@
 //! The requirements of an effect that samples and model do not meet.
 
 use super::Use;
-use crate::effects::{self, Effect, Needs};
+use crate::effects::{Effect, EffectId, Needs};
 use crate::identify::Model;
 use crate::measure::dataset::{Dataset, Measured, Sample};
-
-/// The family whose parameters are the compliances of the joints.
-pub(super) const COMPLIANCE: &str = "joint_compliance";
 
 /// The first requirement of an effect not met by the samples that `which` selects, or by the model, in the words of the
 /// files; `None` if nothing is missing.
@@ -30,7 +27,7 @@ pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use
             Some("torques from link masses: to measured ones a wrong load makes no difference")
         }
         Needs::Compliance => {
-            let sought = model.effects.iter().any(|e| effects::registry::family(e).is_some_and(|f| f.id == COMPLIANCE));
+            let sought = model.effects.iter().any(|e| e.family() == EffectId::JOINT_COMPLIANCE);
             masses().or((!sought).then_some("joint_compliance in the model"))
         }
         Needs::Approach => lacks(|s| s.approach.is_some()).then_some("columns approach1 ... approachN"),

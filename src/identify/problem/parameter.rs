@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::effects::{Owner, ParameterSpec};
+use crate::effects::{EffectId, Owner, ParameterSpec};
 use crate::measure::dataset::{Sample, SampleSet};
 use crate::robot::FramePose;
 use crate::robot::sites::Axis6;
@@ -52,7 +52,7 @@ pub struct Parameter {
     /// Unit, nominal value, plausible size.
     pub spec: ParameterSpec,
     /// The effect to which it belongs.
-    pub effect: String,
+    pub effect: EffectId,
     /// The prior.
     pub knowledge: Prior,
     /// Its value at the start of the fit, SI: nominal, except for a base whose nominal pose is decimetres off.

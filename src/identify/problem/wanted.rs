@@ -2,7 +2,7 @@
 
 use super::cell::takes_orientations;
 use super::{Prior, Use};
-use crate::effects::{self, ParameterSpec};
+use crate::effects::{EffectId, ParameterSpec};
 use crate::identify::Model;
 use crate::measure::dataset::{Ball, Dataset, Measured, Sample, ToolTarget};
 
@@ -31,8 +31,8 @@ impl StatedPrior {
 }
 
 /// Effects of the model, and those required by a dataset (free or uncertain balls and tools), in the order of their columns.
-pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(String, StatedPrior)> {
-    let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
+pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(EffectId, StatedPrior)> {
+    let mut wanted: Vec<(EffectId, StatedPrior)> = Vec::new();
     let probed = |b: usize| {
         let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
         dataset.samples.iter().filter(|s| which.takes(s)).any(|s| on(&s))
@@ -42,7 +42,7 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     // with the base.
     for (b, ball) in dataset.balls.iter().enumerate() {
         if ball.free && probed(b) {
-            wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
+            wanted.push((EffectId::of_ball(&ball.id), StatedPrior::Flat));
         }
     }
     let reflected = |r: usize| dataset.samples.iter().any(|s| which.takes(s) && s.tool_target == Some(r));
@@ -52,27 +52,27 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
         (e.clone(), belief)
     }));
     if dataset.tool_free {
-        wanted.retain(|(id, _)| id != "tool_frame");
-        let base = wanted.iter().position(|(id, _)| id == "base_frame");
-        let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
-        wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
+        wanted.retain(|(id, _)| id != EffectId::TOOL_FRAME);
+        let base = wanted.iter().position(|(id, _)| id == EffectId::BASE_FRAME);
+        let balls = wanted.iter().take_while(|(id, _)| id.ball_name().is_some()).count();
+        wanted.insert(base.map_or(balls, |b| b + 1), (EffectId::TOOL_FRAME.into(), StatedPrior::Flat));
     } else if dataset.tool_sigma > 0.0 {
-        wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
+        wanted.push((EffectId::TOOL_FRAME.into(), StatedPrior::Stated(dataset.tool_sigma)));
     }
     let measures_orientation =
         takes_orientations(dataset, model) && dataset.samples.iter().any(|s| which.takes(s) && s.orientation.is_some());
     if measures_orientation && dataset.tool_free {
-        wanted.retain(|(id, _)| id != effects::catalogue::PROBE_ROTATION);
-        let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
-        wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (effects::catalogue::PROBE_ROTATION.into(), StatedPrior::Flat));
+        wanted.retain(|(id, _)| id != EffectId::PROBE_ROTATION);
+        let tool = wanted.iter().position(|(id, _)| id == EffectId::TOOL_FRAME);
+        wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (EffectId::PROBE_ROTATION.into(), StatedPrior::Flat));
     } else if measures_orientation && dataset.probe_sigma > 0.0 {
-        wanted.push((effects::catalogue::PROBE_ROTATION.into(), StatedPrior::Stated(dataset.probe_sigma)));
+        wanted.push((EffectId::PROBE_ROTATION.into(), StatedPrior::Stated(dataset.probe_sigma)));
     }
     // Last of what the model leaves open: a target shares its place with a free tool if the TCP itself is not measured.
     let tool_targets = dataset.tool_targets.iter().enumerate().filter(|(r, _)| reflected(*r));
-    for (id, tool_target) in tool_targets.rev().map(|(_, r)| (effects::catalogue::place_of_target(&r.id), r)) {
+    for (id, tool_target) in tool_targets.rev().map(|(_, r)| (EffectId::of_target(&r.id), r)) {
         if tool_target.free {
-            let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
+            let tool = wanted.iter().position(|(id, _)| id == EffectId::TOOL_FRAME);
             wanted.retain(|(other, _)| *other != id);
             wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (id, StatedPrior::Flat));
         } else if tool_target.sigma > 0.0 {
@@ -81,19 +81,19 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     }
     for (b, ball) in dataset.balls.iter().enumerate() {
         if !ball.free && ball.sigma > 0.0 && probed(b) {
-            wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
+            wanted.push((EffectId::of_ball(&ball.id), StatedPrior::Stated(ball.sigma)));
         }
     }
     wanted
 }
 
 /// 1 sigma, SI, that the dataset states for the TCP, ball or target moved by an effect of the model.
-fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
-    let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
-    let tool_target = |r: &&ToolTarget| effect == effects::catalogue::place_of_target(&r.id) && !r.free;
-    let sigma = match effect {
-        "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
-        effects::catalogue::PROBE_ROTATION => (!dataset.tool_free).then_some(dataset.probe_sigma),
+fn stated(dataset: &Dataset, effect: &EffectId) -> Option<f64> {
+    let ball = |b: &&Ball| effect.ball_name() == Some(b.id.as_str()) && !b.free;
+    let tool_target = |r: &&ToolTarget| *effect == EffectId::of_target(&r.id) && !r.free;
+    let sigma = match effect.whole() {
+        EffectId::TOOL_FRAME => (!dataset.tool_free).then_some(dataset.tool_sigma),
+        EffectId::PROBE_ROTATION => (!dataset.tool_free).then_some(dataset.probe_sigma),
         _ => {
             let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
             of_ball.or_else(|| dataset.tool_targets.iter().find(tool_target).map(|r| r.sigma))

@@ -7,6 +7,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::folds::postures;
 use crate::diagnosis::library::{Candidate, Library};
 use crate::effects;
+use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::Estimate;
 use crate::measure::dataset::NamedDataset;
@@ -44,17 +45,15 @@ pub(super) struct Found {
 impl Look {
     pub fn at(named: &[NamedDataset<'_>], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
         let plain = Examination::with(named, model, Vec::new())?;
-        let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id).collect();
+        let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id.into()).collect();
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
             .into_iter()
-            .filter(|id| {
-                !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER)
-            })
+            .filter(|id| !model.lists(id) && EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
             .collect();
         let count = curves.len();
         let mut candidates: Vec<String> = curves;
         // A payload that is not as entered moves what the model lets it bend.
-        candidates.extend(library.iter().filter(|id| *id == "payload_mass").cloned());
+        candidates.extend(library.iter().filter(|id| *id == EffectId::PAYLOAD_MASS).cloned());
         candidates.extend(looked_for(model, library.into_iter()));
         candidates.extend(set_up_candidates(named, model));
         let examination = plain.beside(named, candidates.into_iter().map(Candidate::new).collect())?;
@@ -179,12 +178,12 @@ impl Look {
         let names = names(named);
         let words = |(other, pattern, ..): &(usize, Pattern, Explained, RunsTest)| {
             let unit = &self.units.all[*other];
-            let name = unit.parameters.first().unwrap_or(&unit.effect);
+            let name = unit.name();
             format!("{name} {}", pattern.words(&names))
         };
         Some(Found {
             unit: *place,
-            effect: unit.parameters.first().unwrap_or(&unit.effect).clone(),
+            effect: unit.name().to_owned(),
             pattern: pattern.clone(),
             difference: Difference {
                 effect: unit.effect.clone(),
@@ -254,16 +253,16 @@ fn declared(examination: &Examination, drifts: &[(String, f64)], months: &[f64])
 /// Effects of tools and balls that are stated and may not be as stated.
 fn set_up_candidates(named: &[NamedDataset<'_>], model: &Model) -> Vec<String> {
     let mut all = Vec::new();
-    let absent = |id: &str| !model.effects.iter().any(|e| e == id);
-    if named.iter().all(|d| !d.dataset.tool_free && d.dataset.tool_sigma == 0.0) && absent("tool_frame") {
-        all.push("tool_frame".to_owned());
+    let absent = |id: &str| !model.lists(id);
+    if named.iter().all(|d| !d.dataset.tool_free && d.dataset.tool_sigma == 0.0) && absent(EffectId::TOOL_FRAME) {
+        all.push(EffectId::TOOL_FRAME.to_owned());
     }
-    if absent("base_frame") {
-        all.push("base_frame".to_owned());
+    if absent(EffectId::BASE_FRAME) {
+        all.push(EffectId::BASE_FRAME.to_owned());
     }
     let balls = named[0].dataset.ball_ids();
     if balls.len() > 1 && named.iter().all(|d| d.dataset.ball_ids() == balls && d.dataset.balls.iter().all(|b| !b.free)) {
-        all.extend(balls.iter().map(|b| format!("ball:{b}")).filter(|id| absent(id)));
+        all.extend(balls.iter().map(|b| String::from(EffectId::of_ball(b))).filter(|id| absent(id)));
     }
     all
 }

@@ -8,6 +8,7 @@ use super::left_out::LeftOut;
 use super::look::Look;
 use super::units::{CHANGE, Pattern, Unit, UnitKind};
 use crate::diagnosis::Examination;
+use crate::effects::EffectId;
 use crate::identify::RunChange;
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::math::rms;
@@ -98,7 +99,7 @@ impl EffectStatus {
 #[derive(Debug, Clone)]
 pub struct EffectInRuns {
     /// Its id.
-    pub effect: String,
+    pub effect: EffectId,
     /// Its parameters, all runs together.
     pub parameters: Vec<Estimate>,
     /// For every run: its size there in sigmas, all its parameters together, and the share of what all runs say of it.
@@ -339,7 +340,7 @@ pub(super) fn as_in(calibration: &Calibration, run: &str) -> Calibration {
         false => covariance[(r, c)] / (estimates[r].sigma * estimates[c].sigma).max(f64::MIN_POSITIVE),
     });
     // What is not of the robot in any run is of no set-up that the calibration may describe.
-    let then = |change: &RunChange| if model.effects.contains(&change.effect) { change.weight(run) } else { 0.0 };
+    let then = |change: &RunChange| if model.lists(&change.effect) { change.weight(run) } else { 0.0 };
     let like_then = |dataset: &str| model.changes.iter().all(|change| (change.weight(dataset) - then(change)).abs() < 1e-9);
     let mut out = calibration.clone();
     out.setups.retain(|setup| like_then(&setup.dataset));

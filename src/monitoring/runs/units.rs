@@ -15,7 +15,7 @@ const SMALL: usize = 4;
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
     /// Id of the effect, and the names of those of its parameters that are meant; empty for all.
-    pub effect: String,
+    pub effect: EffectId,
     pub parameters: Vec<String>,
     /// Its columns, by index among those under test.
     pub columns: Vec<usize>,
@@ -150,6 +150,11 @@ pub(super) fn looked_for(model: &Model, candidates: impl Iterator<Item = String>
 }
 
 impl Unit {
+    /// Its first parameter if it is of single ones, or its effect.
+    pub fn name(&self) -> &str {
+        self.parameters.first().map_or(self.effect.whole(), String::as_str)
+    }
+
     /// True if it is small enough to be tested as a whole.
     pub fn is_small(&self) -> bool {
         self.columns.len() <= SMALL
@@ -180,7 +185,7 @@ impl Unit {
         let weighed = names.iter().zip(weights).filter(|(_, w)| *w != 0.0).map(|(name, w)| ((*name).to_owned(), w));
         RunChange {
             when: pattern.words(names),
-            effect: self.effect.clone(),
+            effect: self.effect.to_string(),
             parameters: self.parameters.clone(),
             weights: weighed.collect(),
         }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::standout::Subject;
+use crate::effects::EffectId;
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::views::{Bins, JointVariable, MOST_WORST, Patterns, SeenSample};
 use crate::robot::JointKind;
@@ -100,7 +101,7 @@ impl Layout {
     pub fn acquit(&mut self, refitted: &[String], datasets: &[NamedDataset<'_>]) {
         let is_placed = |&b: &usize| {
             let (d, ball) = self.balls[b];
-            let of_ball = format!("ball:{}.", datasets[d].dataset.balls[ball].id);
+            let of_ball = format!("{}.", EffectId::of_ball(&datasets[d].dataset.balls[ball].id));
             refitted.iter().any(|name| name.starts_with(&of_ball))
         };
         self.placed = (0..self.balls.len()).filter(is_placed).collect();

@@ -1,7 +1,8 @@
 //! Sentences on a comparison: what is observed, what it means, what to do.
 
 use super::{Comparison, SIGNIFICANCE, Standout, Subject};
-use crate::effects::{in_words, variable_in_words};
+use crate::effects::registry::Registry;
+use crate::effects::variable_in_words;
 use crate::residuals::noise_floor::NoiseSource;
 use crate::residuals::views::{JointCurve, JointVariable};
 use crate::units::{DEG, MM, UM, URAD};
@@ -41,8 +42,8 @@ fn explains(finding: &Standout) -> String {
 }
 
 /// The effects that a finding suggests, among which a diagnosis decides; `otherwise` if there are none.
-fn suggested(finding: &Standout, otherwise: &str) -> String {
-    let called = |id: &String| format!("{} ({id})", in_words(id));
+fn suggested(finding: &Standout, registry: &Registry, otherwise: &str) -> String {
+    let called = |id: &String| format!("{} ({id})", registry.in_words(id));
     match finding.effects.as_slice() {
         [] => otherwise.to_owned(),
         [one] => format!("it could be {}", called(one)),
@@ -51,7 +52,7 @@ fn suggested(finding: &Standout, otherwise: &str) -> String {
 }
 
 /// A joint error that depends on a variable: its meaning and remedy.
-fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
+fn of_curve(finding: &Standout, curve: &JointCurve, registry: &Registry) -> String {
     let (meaning, otherwise) = match curve.against {
         JointVariable::Angle(_) => ("an error of its own gear or encoder", "try an error curve of the joint"),
         JointVariable::Torque(_) => ("it gives way to the load otherwise than the model says", "check the masses entered"),
@@ -71,7 +72,7 @@ fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
         variable_in_words(&curve.against.name()),
         explains(finding),
         three(curve.swing() / URAD),
-        suggested(finding, otherwise)
+        suggested(finding, registry, otherwise)
     )
 }
 
@@ -206,7 +207,7 @@ impl Comparison {
                  diagnosis tries each), master the gauge again and check the TCP; if both are right, {}.",
                 self.place(s),
                 vector(sizes, sigmas, UM),
-                suggested(finding, "compare the scale of the artifact with that of the arm")
+                suggested(finding, &self.registry, "compare the scale of the artifact with that of the arm")
             ),
             Subject::World(s) => format!(
                 "The base{} is significant ({explains}): the robot seems moved by {} µm and turned by {} µrad (world axes). Where it or the \
@@ -214,9 +215,9 @@ impl Comparison {
                 self.place(s),
                 vector(&sizes[..3], &sigmas[..3], UM),
                 vector(&sizes[3..], &sigmas[3..], URAD),
-                suggested(finding, "look for a base that tips or drifts")
+                suggested(finding, &self.registry, "look for a base that tips or drifts")
             ),
-            Subject::Curve(c) => of_curve(finding, &self.joints[c]),
+            Subject::Curve(c) => of_curve(finding, &self.joints[c], &self.registry),
             Subject::Offset(k) => format!(
                 "Joint {} is significant ({explains}): it seems {} ± {} µrad ({:.3} deg) off at every angle. Check its zero mark; if it was \
                  mastered again since, identify again.",

@@ -3,6 +3,7 @@
 use super::layout::Layout;
 use super::standout::Subject;
 use crate::effects;
+use crate::effects::EffectId;
 use crate::effects::facts::Follows;
 use crate::effects::family::{Family, Scan};
 use crate::identify::Model;
@@ -20,7 +21,7 @@ impl Layout {
             Subject::Tool(_) | Subject::World(_) | Subject::Offset(_) | Subject::Sample(_) => (Vec::new(), None),
         };
         let ids: Vec<String> = match (subject, of_joint) {
-            (Subject::Ball(b), _) => vec![format!("ball:{}", balls[self.ball_at(b).1])],
+            (Subject::Ball(b), _) => vec![EffectId::of_ball(&balls[self.ball_at(b).1]).into()],
             (Subject::Tool(_), _) => everywhere(&calibration.model, Follows::Tool),
             (Subject::World(_), _) => everywhere(&calibration.model, Follows::World),
             (_, Some((j, against))) => {

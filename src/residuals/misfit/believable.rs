@@ -1,5 +1,6 @@
 //! Implausible corrections in an identified model.
 
+use crate::effects::EffectId;
 use crate::effects::{self, Subject};
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::units::Unit;
@@ -32,7 +33,7 @@ pub struct Unbelievable {
 /// three standard deviations.
 pub fn unbelievable(calibration: &Calibration) -> Vec<Unbelievable> {
     let subject = Subject::new(&calibration.robot, &[]);
-    let Ok(mdh) = effects::build("mdh", &subject) else { return Vec::new() };
+    let Ok(mdh) = effects::build(EffectId::MDH, &subject) else { return Vec::new() };
     let lengths = (reach(&calibration.robot) / REACH_OF_CATALOGUE).max(1.0);
     let judge = |e: &Estimate| {
         let spec = mdh.parameters().iter().find(|p| p.name == e.name)?;
@@ -42,7 +43,8 @@ pub fn unbelievable(calibration: &Calibration) -> Vec<Unbelievable> {
         let (parameter, sizes) = (e.name.clone(), deviation.abs() / size);
         beyond.then_some(Unbelievable { parameter, deviation, sizes, unit: e.unit })
     };
-    let mut all: Vec<Unbelievable> = calibration.estimates.iter().filter(|e| e.effect == "mdh").filter_map(judge).collect();
+    let mut all: Vec<Unbelievable> =
+        calibration.estimates.iter().filter(|e| e.effect == EffectId::MDH).filter_map(judge).collect();
     all.sort_by(|a, b| b.sizes.total_cmp(&a.sizes));
     all
 }

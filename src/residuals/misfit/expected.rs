@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::campaign::Campaign;
 use super::frames::{FrameFit, Frames, flanges};
+use crate::effects::EffectId;
 use crate::effects::{self, Subject};
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::{MdhEntry, Site, SiteIndex};
@@ -84,14 +85,14 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     let subject = Subject::new(robot, &[]);
     let lengths = (reach(robot) / REACH_OF_CATALOGUE).max(1.0);
     let mut links: Vec<(Site, f64)> = Vec::new();
-    if let Ok(mdh) = effects::build("mdh", &subject) {
+    if let Ok(mdh) = effects::build(EffectId::MDH, &subject) {
         for &(k, site, weight) in mdh.constant().unwrap_or_default() {
             let prior = ILL_ASSEMBLED * mdh.parameters()[k].prior * weight;
             let is_length = matches!(site, Site::Mdh(_, MdhEntry::A | MdhEntry::D));
             links.push((site, if is_length { prior * lengths } else { prior }));
         }
     }
-    let harmonics: Vec<f64> = ["harmonic1", "harmonic2"]
+    let harmonics: Vec<f64> = [EffectId::HARMONIC_1, EffectId::HARMONIC_2]
         .iter()
         .filter_map(|id| effects::build(id, &subject).ok())
         .map(|effect| ILL_GEARED * effect.parameters().first().map_or(0.0, |p| p.prior))

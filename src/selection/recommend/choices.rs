@@ -152,11 +152,11 @@ pub fn recommend(
         for (place, information) in held {
             let id = &candidates.all[place].id;
             model = model.with(id);
-            let is_ordinary = begin.is_unregularised(id) || plain.contains(&id) && kind != Kind::Library;
+            let is_ordinary = begin.is_unregularised(id) || plain.iter().any(|p| id == *p) && kind != Kind::Library;
             if !is_ordinary {
-                model.width.insert(id.clone(), information.sqrt().recip());
+                model.width.insert(id.to_string(), information.sqrt().recip());
             }
-            added.push(id.clone());
+            added.push(id.to_string());
         }
         Choice { kind, model, added, gains }
     };

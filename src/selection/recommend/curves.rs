@@ -6,6 +6,7 @@ use super::linear::Linear;
 use super::shrinkage::Shrinkage;
 use crate::diagnosis::Examination;
 use crate::diagnosis::examination::Span;
+use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
@@ -22,7 +23,7 @@ const MOVES: f64 = 1e-4;
 /// Ids of the bands for a robot with this number of joints, measured in this number of postures.
 pub(crate) fn bands(joints: usize, postures: usize) -> Vec<String> {
     let bands = BANDS.iter().zip(BANDS_FROM).filter(|(_, from)| postures >= *from).map(|(band, _)| band);
-    bands.flat_map(|[low, high]| (1..=joints).map(move |j| format!("error_curve:{j}:{low}:{high}"))).collect()
+    bands.flat_map(|[low, high]| (1..=joints).map(move |j| format!("{}:{j}:{low}:{high}", EffectId::ERROR_CURVE))).collect()
 }
 
 /// Estimates the prior information of those of `bands` that have an effect on the target, in addition to the fitted
@@ -72,7 +73,7 @@ pub(crate) fn curve_model(datasets: &[NamedDataset<'_>], examination: &Examinati
     for (place, information) in held(examination, &linear, &linear.all_products(), 0..candidates.len(), &[])? {
         let id = &candidates[place].id;
         with = with.with(id);
-        with.width.insert(id.clone(), information.sqrt().recip());
+        with.width.insert(id.to_string(), information.sqrt().recip());
     }
     Ok(with)
 }

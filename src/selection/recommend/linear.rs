@@ -324,7 +324,7 @@ fn locals<'p>(parameters: impl Iterator<Item = &'p Parameter>) -> Vec<Option<usi
     let of = |p: &Parameter| match p.owner {
         Owner::Robot => None,
         Owner::Session => Some(number((p.setup, String::new()))),
-        Owner::Artifact => Some(number((p.setup, p.effect.clone()))),
+        Owner::Artifact => Some(number((p.setup, p.effect.to_string()))),
     };
     parameters.map(of).collect()
 }

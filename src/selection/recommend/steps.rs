@@ -5,7 +5,7 @@ use super::rule::Gain;
 use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -15,8 +15,8 @@ use crate::measure::dataset::NamedDataset;
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
 pub fn gains(datasets: &[NamedDataset<'_>], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
-    let is_new = |id: &&String| !before.effects.contains(id) && effects::catalogue::set_aside_by(id).is_none();
-    let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
+    let is_new = |id: &&EffectId| !before.lists(id) && effects::catalogue::set_aside_by(id).is_none();
+    let added: Vec<&str> = after.effects.iter().filter(is_new).map(EffectId::whole).collect();
     if added.is_empty() {
         return Ok(Vec::new());
     }
@@ -34,11 +34,11 @@ pub fn gains(datasets: &[NamedDataset<'_>], before: &Model, after: &Model) -> Re
 pub fn gains_of_each(
     datasets: &[NamedDataset<'_>],
     before: &Model,
-    effects: &[String],
+    effects: &[EffectId],
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
     let alone: Vec<Vec<&str>> = effects
         .iter()
-        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.as_str()] })
+        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.whole()] })
         .collect();
     judged(datasets, before, before, &alone, &[])
 }
@@ -53,7 +53,7 @@ fn judged(
     let mut ids: Vec<&str> = sets.iter().flatten().copied().collect();
     ids.sort_unstable();
     ids.dedup();
-    let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
+    let candidates = ids.iter().map(|id| Candidate::new(*id)).collect();
     let wide = Examination::with(datasets, before, candidates)?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in wide.problem().sample_ids().iter().enumerate() {

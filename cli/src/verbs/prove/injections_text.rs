@@ -1,5 +1,6 @@
 //! Injections for people: in a terminal, as Markdown, as a page.
 
+use calibench::effects::registry::Registry;
 use std::fmt::Write;
 
 use calibench_lab::injection::{FamilyRow, Injected, Injections};
@@ -64,7 +65,7 @@ pub fn page(found: &Injections, rows: [usize; 2]) -> String {
             "<tr><th scope=\"row\"><code>{name}</code><br><small>{}</small></th><td>{tried}</td><td class=\"{}\">{seen}</td>\
              <td class=\"{}\">{named}</td><td class=\"{}\">{size}</td><td>{before}</td><td>{after}</td>\
              <td class=\"bars\">{}{}</td></tr>\n",
-            escaped(what(&row.family)),
+            escaped(what(Registry::catalogue(), &row.family)),
             share(row.found),
             share(row.named),
             share(row.within_2_sigma),

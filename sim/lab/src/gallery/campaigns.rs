@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use calibench::effects::EffectId;
 use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::campaign::CampaignObserver;
@@ -60,7 +61,7 @@ pub fn of_scenario(scenario: &Scenario, seed: u64, observer: &mut dyn CampaignOb
     let tracker = format!("{} points of a tracker", count(&points));
     let of_points = format!("{tracker} on two targets of the tool{loads}");
     let model = &scenario.model;
-    let rigid = Calibration { model: model.without("joint_compliance"), ..without_compliance(by_tracker) };
+    let rigid = Calibration { model: model.without(EffectId::JOINT_COMPLIANCE), ..without_compliance(by_tracker) };
     let of: [(String, Dataset, &Calibration); 7] = [
         (of_balls.clone(), balls.clone(), by_gauge),
         (format!("{of_balls}, stopped on purpose up to 0.3 mm from zero"), stopped(balls.clone()), by_gauge),
@@ -91,7 +92,7 @@ const NAME: &str = "simulated";
 fn without_compliance(calibration: &Calibration) -> Calibration {
     let mut stiff = calibration.clone();
     weightless(&mut stiff.robot);
-    stiff.estimates.retain(|e| e.effect != "joint_compliance");
+    stiff.estimates.retain(|e| e.effect != EffectId::JOINT_COMPLIANCE);
     stiff
 }
 

@@ -79,10 +79,10 @@ impl Injections {
             }
         };
         let [found, named, within_2_sigma] = shares(&effects.iter().collect::<Vec<_>>());
-        let needs = |u: &Untestable| Needs { effect: u.effect.clone(), needs: u.needs };
+        let needs = |u: &Untestable| Needs { effect: u.effect.to_string(), needs: u.needs };
         Injections {
             datasets: subject.datasets.iter().map(|d| d.name.to_owned()).collect(),
-            model: subject.model.effects.clone(),
+            model: subject.model.ids(),
             samples: subject.baseline.samples,
             noise: subject.noise.clone(),
             found,

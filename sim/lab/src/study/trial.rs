@@ -64,6 +64,6 @@ fn numbers(campaign: &CampaignRecord, method: &Method, before: &Validation, find
 
 fn finding(method: &Method) -> Result<Finding, IdentifyError> {
     let diagnosis = diagnose(&[NamedDataset::new(method.name, &method.dataset)], &method.calibration.model)?;
-    let effect = diagnosis.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
+    let effect = diagnosis.findings.first().map_or_else(String::new, |f| f.hypothesis.in_model.to_string());
     Ok(Finding { verdict: diagnosis.verdict.name(), effect })
 }

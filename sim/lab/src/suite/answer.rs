@@ -1,6 +1,7 @@
 //! Comparison of a diagnosis with the ground truth.
 
 use calibench::diagnosis::{Diagnosis, Finding, Verdict};
+use calibench::effects::EffectId;
 
 use super::advice::suspects;
 use super::hide::Hidden;
@@ -25,11 +26,11 @@ pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visibl
     let twins = hidden.flaws.twins();
     let joints = hidden.joints();
     let top = diagnosis.findings.first();
-    let name = |f: &Finding| f.hypothesis.in_model.clone();
+    let name = |f: &Finding| f.hypothesis.in_model.to_string();
     let top3: Vec<String> = diagnosis.findings.iter().take(3).map(name).collect();
     let top_right = top.is_some_and(|f| is_true(&f.hypothesis.in_model));
     let merged = top_right || top.is_some_and(|f| f.rivals.iter().any(|r| is_true(r)));
-    let contributor = diagnosis.contributions.first().map_or_else(String::new, |c| c.effect.clone());
+    let contributor = diagnosis.contributions.first().map_or_else(String::new, |c| c.effect.to_string());
     let largest = (0..visible.len()).max_by(|&a, &b| visible[a].total_cmp(&visible[b])).map(|k| hidden.effects[k].0.as_str());
     let joint = match (diagnosis.verdict, diagnosis.heat_map.best_cell()) {
         (Verdict::Unexplained, Some(cell)) => Some(cell.joint + 1),
@@ -114,7 +115,9 @@ impl Judged<'_> {
     fn ball_named(&self) -> bool {
         let moved = self.hidden.flaws.moved_ball.as_ref();
         moved.is_some_and(|m| {
-            [format!("ball:{}", m.ball), format!("ball_step:{}", m.ball)].iter().any(|id| same(id, &self.outcome.top))
+            [EffectId::of_ball(&m.ball), EffectId::member(EffectId::BALL_STEP, &m.ball)]
+                .iter()
+                .any(|id| same(id, &self.outcome.top))
         })
     }
 }

@@ -1,5 +1,7 @@
 //! The hidden effects of one trial, and the conditions of its measurement.
 
+use calibench::effects::EffectId;
+
 use std::fmt;
 
 use calibench_sim::hidden::UNKNOWN;
@@ -97,9 +99,10 @@ const SIZE: f64 = 2.0;
 
 /// The ids of a robot's catalogue, extended by those whose place is random.
 pub(super) fn with_scanned(mut ids: Vec<String>, joints: usize) -> Vec<String> {
-    let steps = (1..=joints).map(|j| format!("joint_step:{j}:@"));
-    let ripples = (1..=joints).map(|j| format!("harmonic:{j}:@"));
-    ids.extend(["base_step:@", "tool_step:@", "outlier:@"].map(String::from).into_iter().chain(steps).chain(ripples));
+    let steps = (1..=joints).map(|j| format!("{}:{j}:@", EffectId::JOINT_STEP));
+    let ripples = (1..=joints).map(|j| format!("{}:{j}:@", EffectId::HARMONIC));
+    let alone = [EffectId::BASE_STEP, EffectId::TOOL_STEP, EffectId::OUTLIER].map(|family| format!("{family}:@"));
+    ids.extend(alone.into_iter().chain(steps).chain(ripples));
     ids
 }
 

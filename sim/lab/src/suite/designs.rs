@@ -78,11 +78,11 @@ pub fn designs(scenario: &Scenario, seed: u64, trials: usize, done: &(dyn Fn() +
     let plans = Plans::new(&scenario, seed).map_err(RunError::Plan)?;
     let data = measure_all(&scenario, Streams { seed, trial: u64::MAX }, &plans, &mut ())?.fit;
     let examination = Examination::new(&[NamedDataset::new("fit", &data)], &scenario.model)?;
-    let known: Vec<String> = examination.library().candidates.iter().map(|c| c.id.clone()).collect();
+    let known: Vec<String> = examination.library().candidates.iter().map(|c| c.id.to_string()).collect();
     let ids: Vec<String> = Library::of_robot(&scenario.dataset(), &scenario.model)
         .candidates
         .into_iter()
-        .map(|c| c.id)
+        .map(|c| c.id.into())
         .filter(|id| known.contains(id))
         .collect();
     let plain = Plain { examination, data, ids };

@@ -3,6 +3,9 @@
 use calibench::diagnosis::library::Library;
 use calibench::effects;
 use calibench::effects::catalogue::set_aside_by;
+use calibench::effects::catalogue::setting_aside;
+use calibench::effects::family::Scan;
+use calibench::effects::registry::Registry;
 use calibench::effects::{EffectError, Subject};
 use calibench::measure::dataset::{Dataset, Measured, Noise};
 use calibench::units::{DEG, MM};
@@ -110,7 +113,7 @@ pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut
     let priors = |id: &str| -> Result<Vec<f64>, EffectError> {
         Ok(effects::build(id, &subject)?.parameters().iter().map(|p| p.prior).collect())
     };
-    let all = || Library::of_robot(&cell, &scenario.model).candidates.into_iter().map(|c| c.id);
+    let all = || Library::of_robot(&cell, &scenario.model).candidates.into_iter().map(|c| String::from(c.id));
     Ok(match &case.kind {
         Kind::Nothing => Hidden::of(Vec::new(), "nothing", 0.0),
         Kind::Unknown { flaw, size } => {
@@ -199,7 +202,7 @@ fn unknown_keys(flaw: &str, random: &mut ChaCha8Rng) -> Table {
 fn outliers(count: usize, mm: f64, plans: &Plans, random: &mut ChaCha8Rng) -> Vec<Effect> {
     let mut all: Vec<Effect> = Vec::new();
     while all.len() < count.min(plans.plan.wanted()) {
-        let id = placed("outlier:@", plans, random);
+        let id = placed(&setting_aside("@"), plans, random);
         if all.iter().all(|(other, _)| *other != id) {
             all.push((id, (direction(random) * (mm * MM)).as_slice().to_vec()));
         }
@@ -228,13 +231,13 @@ fn unit_rms(priors: &[f64], random: &mut ChaCha8Rng) -> impl Iterator<Item = f64
 fn placed(id: &str, plans: &Plans, random: &mut ChaCha8Rng) -> String {
     let Some(stem) = id.strip_suffix('@') else { return id.to_owned() };
     let probings = plans.plan.wanted();
-    if stem.starts_with("harmonic") {
-        format!("{stem}{}", random.random_range(3..=140))
-    } else if stem.starts_with("outlier") {
-        format!("{stem}{}", plans.plan.probing.poses[random.random_range(0..probings)].id)
-    } else {
-        let session = PROBING_S * probings as f64;
-        format!("{stem}{:.1}", session * random.random_range(DURING))
+    match Registry::catalogue().family(stem).map(|family| family.scan) {
+        Some(Scan::Order) => format!("{stem}{}", random.random_range(3..=140)),
+        Some(Scan::Sample) => format!("{stem}{}", plans.plan.probing.poses[random.random_range(0..probings)].id),
+        _ => {
+            let session = PROBING_S * probings as f64;
+            format!("{stem}{:.1}", session * random.random_range(DURING))
+        }
     }
 }
 

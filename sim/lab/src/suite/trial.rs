@@ -124,7 +124,7 @@ impl<'a> Trial<'a> {
     /// Fits the claimed effects and the advised model.
     fn followed(&self, diagnosis: &Diagnosis) -> Result<Followed, IdentifyError> {
         let data = [NamedDataset::new("fit", self.fit)];
-        let first = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict)).map(|f| f.hypothesis.in_model.clone());
+        let first = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict)).map(|f| f.hypothesis.in_model.to_string());
         let bad = suspects(diagnosis);
         let claimed: Vec<String> = if bad.is_empty() { first.into_iter().collect() } else { bad };
         let model = claimed.iter().fold(self.model.clone(), |model, effect| model.with(effect));

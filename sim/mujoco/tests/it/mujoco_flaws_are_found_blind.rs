@@ -126,7 +126,10 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
         visible,
         named: match found.verdict {
             Verdict::Unexplained => found.contributions.first().is_some_and(|c| c.effect == name),
-            _ => found.set95.contains(&name) || found.findings.first().is_some_and(|f| f.hypothesis.in_model == name),
+            _ => {
+                found.set95.iter().any(|id| *id == name)
+                    || found.findings.first().is_some_and(|f| f.hypothesis.in_model == name)
+            }
         },
         before: error(&identify(&data, model).unwrap(), &validation),
         after,
