@@ -127,7 +127,7 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>
     if let (Some(plan), Some(output)) = (&arguments.plan, &arguments.output) {
         let whole = read_plan(plan, then.dataset)?;
         let sentinels = whole.of_poses(&ids).map_err(|id| LocatedError {
-            path: plan.to_owned(),
+            path: plan.clone(),
             field: "pose",
             problem: format!("has no pose '{id}', which the campaign has; name the plan by which the campaign was measured"),
         })?;
