@@ -131,6 +131,15 @@ pub struct Cell {
     pub explains: f64,
 }
 
+/// A term of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveTerm {
+    /// Its expression, whose coefficient is in rad.
+    pub basis: String,
+    /// Plausible size of the coefficient, rad.
+    pub size: f64,
+}
+
 /// The error of a joint as a function of a variable, with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -144,9 +153,8 @@ pub struct Curve {
     pub mean: Vec<f64>,
     /// Its one-sigma, rad.
     pub sigma: Vec<f64>,
-    /// The curve as terms of a user-defined effect: expressions with coefficients in rad, and the plausible size of
-    /// each.
-    pub terms: Vec<(String, f64)>,
+    /// The curve as terms of a user-defined effect.
+    pub terms: Vec<CurveTerm>,
 }
 
 /// All cells, and the curve of the best one.
@@ -292,8 +300,8 @@ impl Curve {
     /// Returns the model with the curve added as a user-defined effect, with a prior of the size estimated from the
     /// data.
     pub fn added_to(&self, model: &Model) -> Model {
-        let plausible = self.terms.iter().map(|t| t.1).fold(f64::MIN_POSITIVE, f64::max);
-        let terms = self.terms.iter().filter(|(_, size)| *size > LEAST_TERM * plausible).map(|(basis, size)| OwnTerm {
+        let plausible = self.terms.iter().map(|t| t.size).fold(f64::MIN_POSITIVE, f64::max);
+        let terms = self.terms.iter().filter(|t| t.size > LEAST_TERM * plausible).map(|CurveTerm { basis, size }| OwnTerm {
             site: format!("theta:{}", self.joint + 1),
             // The ratio of the term's plausible size to the common one.
             basis: format!("{:.6} * {basis}", size / plausible),
@@ -364,8 +372,9 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     for m in 0..count {
         let slope = frequency(m) / scaled.half_range;
         let phase = frequency(m) * (HALF_LENGTH - scaled.centre / scaled.half_range);
-        let expression = format!("sin({slope:?} * {} + ({phase:?}))", scaled.variable.expression());
-        curve.terms.push((expression, size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt()));
+        let basis = format!("sin({slope:?} * {} + ({phase:?}))", scaled.variable.expression());
+        let size = size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt();
+        curve.terms.push(CurveTerm { basis, size });
     }
     curve
 }

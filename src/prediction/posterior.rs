@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use self::joint_errors::JointErrors;
-use self::linear_model::{Group, Kind, LinearModel, Outer, Size};
+use self::linear_model::{Group, Kind, LinearModel, NoisePrior, Outer, Size};
 use self::sampler::Draw;
 pub use self::sampler::help;
 use super::at_new_poses::AtNewPoses;
@@ -144,7 +144,7 @@ impl Posterior {
         let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
         let is_known = yardstick.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
-        let noise = known.map(|known| (known, STATED_NOISE));
+        let noise = known.map(|known| NoisePrior { variance: known, freedom: STATED_NOISE });
         let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED, worker)?;
         Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
     }

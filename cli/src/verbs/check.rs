@@ -148,8 +148,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>
 fn probe(
     arguments: &Arguments,
     reference: &CheckReference<'_>,
-    cell: &PathBuf,
-    plan: &PathBuf,
+    cell: &Path,
+    plan: &Path,
     folder: &Path,
 ) -> Result<Outcome, Failure> {
     let then = reference.campaign();
@@ -175,7 +175,7 @@ fn probe(
     // What cannot be compared is refused before anything moves.
     let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.dataset));
     reference.noise(NamedDataset::new(then.name, &now(planned.collect()))).map_err(|e| LocatedError {
-        path: plan.clone(),
+        path: plan.to_owned(),
         field: "pose",
         problem: with_reasons(&e),
     })?;

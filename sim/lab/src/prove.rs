@@ -65,7 +65,7 @@ impl Proof {
 
 impl Case<'_> {
     fn fitted(&self) -> Vec<NamedDataset<'_>> {
-        self.fitted.iter().map(|(name, dataset)| NamedDataset::new(*name, dataset.as_ref())).collect()
+        self.fitted.iter().map(|(name, dataset)| NamedDataset::new(name, dataset.as_ref())).collect()
     }
 
     fn judged(&self) -> [NamedDataset<'_>; 1] {

@@ -52,7 +52,7 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: NamedDataset<'_>, c
 
 /// Sum over all pairs of conditions of the logarithm of the share of the first that the second cannot explain.
 fn separation(columns: &[DMatrix<f64>], seen: &[&Seen], samples: &[usize]) -> f64 {
-    let rows: Vec<usize> = samples.iter().flat_map(|&k| seen[k].rows.0..seen[k].rows.0 + seen[k].rows.1).collect();
+    let rows: Vec<usize> = samples.iter().flat_map(|&k| seen[k].rows.clone()).collect();
     let here: Vec<DMatrix<f64>> = columns.iter().map(|matrix| matrix.select_rows(&rows)).collect();
     let bases: Vec<DMatrix<f64>> = here.iter().map(orthonormal).collect();
     let mut sum = 0.0;

@@ -89,16 +89,16 @@ pub enum Elementary {
 /// Every condition but "valid" with its columns: scalar differences of these samples, one after the other, x parameters of
 /// arbitrary scale, whitened.
 pub(super) fn of_samples(seen: &[&Seen], whitening: &Whitening) -> Vec<(Condition, DMatrix<f64>)> {
-    let rows: usize = seen.iter().map(|s| s.rows.1).sum();
+    let rows: usize = seen.iter().map(|s| s.rows.len()).sum();
     let laid_out = |width: usize, of: &dyn Fn(&Seen, usize) -> Vector3<f64>| {
         let mut matrix = DMatrix::zeros(rows, width);
         let mut first = 0;
         for one in seen {
             for k in 0..width {
                 let column = of(one, k);
-                (0..one.rows.1).for_each(|i| matrix[(first + i, k)] = column[i]);
+                (0..one.rows.len()).for_each(|i| matrix[(first + i, k)] = column[i]);
             }
-            first += one.rows.1;
+            first += one.rows.len();
         }
         matrix
     };
@@ -137,7 +137,7 @@ pub(super) fn of_samples(seen: &[&Seen], whitening: &Whitening) -> Vec<(Conditio
     if seen.len() > 1 {
         let of_one = |one: &&Seen| {
             let moved = |s: &Seen, k: usize| if std::ptr::eq(s, *one) { Vector3::ith(k, 1.0) } else { Vector3::zeros() };
-            (Condition::SingleSample(one.id.clone()), laid_out(one.rows.1, &moved))
+            (Condition::SingleSample(one.id.clone()), laid_out(one.rows.len(), &moved))
         };
         all.extend(seen.iter().map(of_one));
     }

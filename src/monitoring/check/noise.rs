@@ -76,16 +76,16 @@ impl Whitening {
         let covariance = |a: usize, b: usize| -> DMatrix<f64> {
             let (one, other) = (seen[a], seen[b]);
             let shared = 1.0 / (one.counterparts * other.counterparts).sqrt();
-            let mut block = DMatrix::zeros(one.rows.1, other.rows.1);
+            let mut block = DMatrix::zeros(one.rows.len(), other.rows.len());
             let times = shared + f64::from(u8::from(one.event == other.event));
             for (x, y) in one.common.iter().zip(&other.common) {
-                for (i, k) in (0..one.rows.1).flat_map(|i| (0..other.rows.1).map(move |k| (i, k))) {
+                for (i, k) in (0..one.rows.len()).flat_map(|i| (0..other.rows.len()).map(move |k| (i, k))) {
                     block[(i, k)] += times * x[i] * y[k];
                 }
             }
             if one.target == other.target {
                 let times = shared * (one.earlier * other.earlier).sqrt() + f64::from(u8::from(a == b));
-                (0..one.rows.1.min(other.rows.1)).for_each(|i| block[(i, i)] += times);
+                (0..one.rows.len().min(other.rows.len())).for_each(|i| block[(i, i)] += times);
             }
             block
         };
@@ -96,7 +96,7 @@ impl Whitening {
         let ends = ends(seen);
         let of_pose = |pose: usize| {
             let members: Vec<usize> = (0..seen.len()).filter(|&k| seen[k].pose == pose).collect();
-            let rows: Vec<usize> = members.iter().flat_map(|&k| ends[k] - seen[k].rows.1..ends[k]).collect();
+            let rows: Vec<usize> = members.iter().flat_map(|&k| ends[k] - seen[k].rows.len()..ends[k]).collect();
             let mut whole = DMatrix::zeros(rows.len(), rows.len());
             let mut i = 0;
             for &a in &members {
@@ -107,9 +107,9 @@ impl Whitening {
                         variances[a] = block.trace() / block.nrows().max(1) as f64;
                     }
                     whole.view_mut((i, k), block.shape()).copy_from(&block);
-                    k += seen[b].rows.1;
+                    k += seen[b].rows.len();
                 }
-                i += seen[a].rows.1;
+                i += seen[a].rows.len();
             }
             // Positive definite: every sample has noise of its own.
             let root =

@@ -56,7 +56,7 @@ impl Scene {
             return Err(CheckError::Nothing);
         }
         let (before, after) = (applied(calibration, noise, then)?, applied(calibration, noise, now)?);
-        let rows = after.seen.last().map_or(0, |s| s.rows.0 + s.rows.1);
+        let rows = after.seen.last().map_or(0, |s| s.rows.end);
         let mut differences = DMatrix::zeros(rows, 1);
         let mut pairs = Vec::with_capacity(after.seen.len());
         let mut seen = after.seen;
@@ -70,8 +70,7 @@ impl Scene {
             let earlier: Vector3<f64> = same.iter().map(|&s| before.residuals[s]).sum::<Vector3<f64>>() / count;
             let change = after.residuals[k] - earlier;
             let whitened = after.whiteners[k] * change;
-            let (first, height) = seen[k].rows;
-            (0..height).for_each(|i| differences[(first + i, 0)] = whitened[i]);
+            seen[k].rows.clone().zip(whitened.iter()).for_each(|(row, difference)| differences[(row, 0)] = *difference);
             let pose = (0..k).find(|&l| seen[l].pose == l && near(&now.dataset.samples[l], sample)).unwrap_or(k);
             seen[k].target = (0..k).find(|&l| seen[l].pose == pose && compared[l] == same).unwrap_or(k);
             (seen[k].pose, seen[k].counterparts) = (pose, count);
@@ -112,7 +111,7 @@ impl Scene {
             let mut column = DMatrix::zeros(self.differences.len(), 1);
             for one in &self.seen {
                 let moved = of(one);
-                (0..one.rows.1).for_each(|i| column[(one.rows.0 + i, 0)] = moved[i]);
+                (0..one.rows.len()).for_each(|i| column[(one.rows.start + i, 0)] = moved[i]);
             }
             self.whitening.apply(&mut column);
             column.column(0).into_owned()
@@ -167,7 +166,7 @@ fn applied(
             Measured::Ball { ball, .. } => dataset.balls.get(*ball).map(|b| b.id.clone()),
             _ => None,
         };
-        let next = applied.seen.last().map_or(0, |s: &Seen| s.rows.0 + s.rows.1);
+        let next = applied.seen.last().map_or(0, |s: &Seen| s.rows.end);
         let mass = compliance.iter().any(|c| *c != 0.0).then(|| {
             let centre = dataset.payloads.get(sample.payload).map_or_else(Vector3::zeros, |p| p.com);
             let centre = at.posture.flange().point(&centre);
@@ -182,7 +181,7 @@ fn applied(
         applied.whiteners.push(whitener);
         applied.seen.push(Seen {
             id: sample.id.clone(),
-            rows: (next, at.height),
+            rows: next..next + at.height,
             pose: k,
             event: *first_of_stay.entry(stays[k]).or_insert(k),
             target: k,

@@ -1,5 +1,7 @@
 //! A sample of a check, with what displaces it.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 /// A sample as it is measured again: its whitened displacements.
@@ -10,8 +12,8 @@ pub(super) struct Seen {
     pub ball: Option<String>,
     /// Name of the measured point of the tool; `None` for the TCP.
     pub point: Option<String>,
-    /// First of its scalar differences, and their number.
-    pub rows: (usize, usize),
+    /// Its scalar differences, by index.
+    pub rows: Range<usize>,
     /// Samples of equal number are of one pose of the arm, of one stay there, and of one target there.
     pub pose: usize,
     pub event: usize,
@@ -35,7 +37,7 @@ pub(super) struct Seen {
 pub(super) fn ends(seen: &[&Seen]) -> Vec<usize> {
     seen.iter()
         .scan(0, |end, s| {
-            *end += s.rows.1;
+            *end += s.rows.len();
             Some(*end)
         })
         .collect()

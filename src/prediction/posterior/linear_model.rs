@@ -73,8 +73,17 @@ pub struct LinearModel {
     pub outers: Vec<Outer>,
     /// Groups in the order of the columns, without gaps.
     pub groups: Vec<Group>,
-    /// Prior variance of the noise, in units of the noise squared, and its degrees of freedom; `None` if unknown.
-    pub noise: Option<(f64, f64)>,
+    /// Prior of the noise; `None` if unknown.
+    pub noise: Option<NoisePrior>,
+}
+
+/// Prior of the noise of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct NoisePrior {
+    /// Variance, in units of the noise squared.
+    pub variance: f64,
+    /// Degrees of freedom that it is worth.
+    pub freedom: f64,
 }
 
 /// State of a chain.

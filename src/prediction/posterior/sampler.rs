@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chance::{chi_squared, normal, one_of};
-use super::linear_model::{Group, KINDS, LinearModel, Size, State};
+use super::linear_model::{Group, KINDS, LinearModel, NoisePrior, Size, State};
 use super::solver::Solver;
 use crate::identify::fit::FitError;
 use crate::prediction::worker::{self, Worker};
@@ -103,7 +103,7 @@ impl LinearModel {
             common: [BEGIN; KINDS.len()],
             variance: vec![BEGIN * BEGIN; self.groups.len()],
             weight: vec![1.0; self.samples.len()],
-            noise: self.noise.map_or(self.y.norm_squared() / rows.max(1) as f64, |(known, _)| known).max(f64::MIN_POSITIVE),
+            noise: self.noise.map_or(self.y.norm_squared() / rows.max(1) as f64, |prior| prior.variance).max(f64::MIN_POSITIVE),
             tail: 15.0,
         };
         let mut solver = Solver::new(self);
@@ -186,8 +186,8 @@ impl LinearModel {
         }
         let weighted: f64 = state.weight.iter().zip(&squares).map(|(w, s)| w * s).sum();
         let count = self.samples.iter().map(Range::len).sum::<usize>() as f64;
-        let (known, freedom) = self.noise.unwrap_or((0.0, 0.0));
-        state.noise = (weighted + known * freedom).max(f64::MIN_POSITIVE) / chi_squared(count + freedom, random);
+        let NoisePrior { variance, freedom } = self.noise.unwrap_or(NoisePrior { variance: 0.0, freedom: 0.0 });
+        state.noise = (weighted + variance * freedom).max(f64::MIN_POSITIVE) / chi_squared(count + freedom, random);
         // Weights have mean one: gamma distribution of shape and rate tail/2.
         let (sum, sum_ln) = state.weight.iter().fold((0.0, 0.0), |(s, l), w| (s + w, l + w.ln()));
         let n = state.weight.len() as f64;
@@ -267,7 +267,7 @@ mod tests {
         let samples: Vec<Range<usize>> = (0..rows / 3).map(|s| 3 * s..3 * s + 3).collect();
         let e: Vec<f64> = samples.iter().flat_map(|_| truth.noise_of_sample(3, random)).collect();
         let y = &x * &b + DVector::from_vec(e);
-        (LinearModel { x, y, samples, outers: Vec::new(), groups, noise: Some((1.0, 10.0)) }, b)
+        (LinearModel { x, y, samples, outers: Vec::new(), groups, noise: Some(NoisePrior { variance: 1.0, freedom: 10.0 }) }, b)
     }
 
     /// Simulation-based calibration (Talts and others 2018): ranks of the truth among the draws are uniform.

@@ -33,14 +33,23 @@ impl Curve {
     }
 }
 
+/// A ball that was probed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct BallOf {
+    /// Index of its dataset.
+    pub dataset: usize,
+    /// Its index there.
+    pub ball: usize,
+}
+
 /// Numbering of the patterns: every set-up, all set-ups combined, the means of the joints, balls, curves, worst
 /// samples.
 pub(super) struct Layout {
     pub setups: usize,
     /// Joints (from 0) with a lever arm.
     pub joints: Vec<usize>,
-    /// Dataset and index of every ball probed.
-    pub balls: Vec<(usize, usize)>,
+    /// Every ball probed.
+    pub balls: Vec<BallOf>,
     /// Indices in `balls` of those whose positions were fitted to these samples: their residuals show no displacement.
     placed: Vec<usize>,
     pub curves: Vec<Curve>,
@@ -60,9 +69,11 @@ impl Layout {
                 *flag = true;
             }
         }
-        let of_dataset =
-            |(d, flags): (usize, &Vec<bool>)| (0..flags.len()).filter(|&b| flags[b]).map(|b| (d, b)).collect::<Vec<_>>();
-        let balls: Vec<(usize, usize)> = probed.iter().enumerate().flat_map(of_dataset).collect();
+        let of_dataset = |(dataset, flags): (usize, &Vec<bool>)| {
+            let probed = (0..flags.len()).filter(|&ball| flags[ball]);
+            probed.map(|ball| BallOf { dataset, ball }).collect::<Vec<_>>()
+        };
+        let balls: Vec<BallOf> = probed.iter().enumerate().flat_map(of_dataset).collect();
         let mut order: Vec<usize> = (0..seen.len()).collect();
         order.sort_by(|&a, &b| {
             (normalised[b].0 / normalised[b].1.max(1) as f64).total_cmp(&(normalised[a].0 / normalised[a].1.max(1) as f64))
@@ -100,8 +111,8 @@ impl Layout {
     /// Excludes from the candidates the balls whose position parameters are among `refitted`.
     pub fn acquit(&mut self, refitted: &[String], datasets: &[NamedDataset<'_>]) {
         let is_placed = |&b: &usize| {
-            let (d, ball) = self.balls[b];
-            let of_ball = format!("{}.", EffectId::of_ball(&datasets[d].dataset.balls[ball].id));
+            let BallOf { dataset, ball } = self.balls[b];
+            let of_ball = format!("{}.", EffectId::of_ball(&datasets[dataset].dataset.balls[ball].id));
             refitted.iter().any(|name| name.starts_with(&of_ball))
         };
         self.placed = (0..self.balls.len()).filter(is_placed).collect();
@@ -151,8 +162,8 @@ impl Layout {
         }
     }
 
-    /// Dataset of a ball, and its index there.
-    pub fn ball_at(&self, b: usize) -> (usize, usize) {
+    /// The dataset of a ball, and its index there.
+    pub fn ball_at(&self, b: usize) -> BallOf {
         self.balls[b]
     }
 
@@ -201,7 +212,9 @@ impl Layout {
             }
         }
         let own = |first: usize, out: &mut Patterns| (0..3).for_each(|k| out.push(first + k, w.column(k).into()));
-        if let Some(b) = s.ball().and_then(|b| self.balls.iter().position(|known| *known == (s.dataset, b))) {
+        if let Some(b) =
+            s.ball().and_then(|b| self.balls.iter().position(|known| *known == BallOf { dataset: s.dataset, ball: b }))
+        {
             own(self.first_ball() + 3 * b, out);
         }
         if let Some(k) = self.worst.iter().position(|&p| p == place) {

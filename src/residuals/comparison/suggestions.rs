@@ -16,12 +16,12 @@ impl Layout {
     /// or a base, effects that mainly act there come first. The index in `subject` is that of this layout.
     pub fn suggestions(&self, subject: Subject, calibration: &Calibration, datasets: &[NamedDataset<'_>]) -> Vec<String> {
         let (balls, of_joint): (Vec<String>, Option<(usize, JointVariable)>) = match subject {
-            Subject::Ball(b) => (datasets[self.ball_at(b).0].dataset.ball_ids(), None),
+            Subject::Ball(b) => (datasets[self.ball_at(b).dataset].dataset.ball_ids(), None),
             Subject::Curve(c) => (Vec::new(), Some(self.curve_of(c))),
             Subject::Tool(_) | Subject::World(_) | Subject::Offset(_) | Subject::Sample(_) => (Vec::new(), None),
         };
         let ids: Vec<String> = match (subject, of_joint) {
-            (Subject::Ball(b), _) => vec![EffectId::of_ball(&balls[self.ball_at(b).1]).into()],
+            (Subject::Ball(b), _) => vec![EffectId::of_ball(&balls[self.ball_at(b).ball]).into()],
             (Subject::Tool(_), _) => everywhere(&calibration.model, Follows::Tool),
             (Subject::World(_), _) => everywhere(&calibration.model, Follows::World),
             (_, Some((j, against))) => {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::finding::Judge;
-use super::layout::{Curve, Layout};
+use super::layout::{BallOf, Curve, Layout};
 use crate::identify::problem::Setup;
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
@@ -103,7 +103,7 @@ impl Views<'_> {
     }
 
     pub fn balls(&self, datasets: &[NamedDataset<'_>]) -> Vec<BallView> {
-        let one = |(k, &(d, b)): (usize, &(usize, usize))| {
+        let one = |(k, &BallOf { dataset: d, ball: b }): (usize, &BallOf)| {
             let patterns = self.layout.ball(k);
             let own = || self.seen.iter().filter(move |s| s.dataset == d && s.ball() == Some(b));
             let (mean, taken) = (self.means(&patterns), self.scores.taken(&patterns));

@@ -1,6 +1,8 @@
 //! A fitted model and its possible corrections, linearised about the fit. The prediction of left-out postures by any
 //! choice of columns is then linear algebra on the same columns, with errors of second order.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -40,8 +42,8 @@ pub(super) struct Linear<'a> {
     pub rows: &'a DMatrix<f64>,
     pub fitted: usize,
     pub spans: Vec<Span>,
-    /// Index of the first scalar residual of each sample, and their number.
-    pub stretch: Vec<(usize, usize)>,
+    /// Scalar residuals of each sample, by index.
+    pub stretch: Vec<Range<usize>>,
     /// Posture of each sample, and samples of each posture.
     pub posture: Vec<usize>,
     pub members: Vec<Vec<usize>>,
@@ -85,7 +87,7 @@ impl<'a> Linear<'a> {
             rows,
             fitted: fitted.len(),
             spans: spans.clone(),
-            stretch: circumstances.iter().map(|c| (c.first_row, c.height)).collect(),
+            stretch: circumstances.iter().map(|c| c.first_row..c.first_row + c.height).collect(),
             posture: postures.of_samples().to_vec(),
             members: postures.members(),
             q: circumstances.iter().map(|c| c.q.clone()).collect(),
@@ -120,7 +122,7 @@ impl<'a> Linear<'a> {
 
     /// Number of scalar residuals not excluded, known distances included.
     pub fn scalars(&self) -> usize {
-        let aside: usize = (0..self.stretch.len()).filter(|&s| self.aside[s]).map(|s| self.stretch[s].1).sum();
+        let aside: usize = (0..self.stretch.len()).filter(|&s| self.aside[s]).map(|s| self.stretch[s].len()).sum();
         self.rows.ncols() - aside
     }
 
@@ -163,12 +165,13 @@ impl<'a> Linear<'a> {
     /// Inner products of the rows of these samples.
     fn products(&self, samples: &[usize]) -> DMatrix<f64> {
         let width = self.rows.nrows();
-        let count: usize = samples.iter().map(|&s| self.stretch[s].1).sum();
+        let count: usize = samples.iter().map(|&s| self.stretch[s].len()).sum();
         let mut rows = DMatrix::zeros(width, count);
         let mut to = 0;
         for &s in samples {
-            let (first, height) = self.stretch[s];
-            rows.columns_mut(to, height).copy_from(&self.rows.columns(first, height));
+            let Range { start, end } = self.stretch[s];
+            let height = end - start;
+            rows.columns_mut(to, height).copy_from(&self.rows.columns(start, height));
             to += height;
         }
         let mut products = DMatrix::zeros(width, width);
@@ -178,7 +181,7 @@ impl<'a> Linear<'a> {
 
     /// Inner products of the rows that belong to no sample: known distances between balls.
     pub fn always(&self) -> DMatrix<f64> {
-        let from = self.stretch.iter().map(|(first, height)| first + height).max().unwrap_or(0);
+        let from = self.stretch.iter().map(|rows| rows.end).max().unwrap_or(0);
         let mut products = DMatrix::zeros(self.rows.nrows(), self.rows.nrows());
         linalg::normal_matrix(&self.rows.columns(from, self.rows.ncols() - from).into_owned(), &mut products);
         products
@@ -220,8 +223,7 @@ impl<'a> Linear<'a> {
             let step = self.solve(&train, choice)?;
             let mut residual: Vec<f64> = Vec::new();
             for &s in &held {
-                let (first, height) = self.stretch[s];
-                for k in first..first + height {
+                for k in self.stretch[s].clone() {
                     let column = self.rows.column(k);
                     residual.push(column[step.len()] - column.rows(0, step.len()).dot(&step));
                 }
@@ -231,7 +233,7 @@ impl<'a> Linear<'a> {
             let mut at = 0;
             let mut squares = Vec::with_capacity(held.len());
             for (&s, widen) in held.iter().zip(&widen) {
-                let height = self.stretch[s].1;
+                let height = self.stretch[s].len();
                 let sum: f64 = residual[at..at + height].iter().map(|r| r * r).sum();
                 at += height;
                 if inside(&self.q[s]) {
@@ -272,16 +274,13 @@ impl<'a> Linear<'a> {
         let groups = self.local.iter().flatten().copied().max().map_or(0, |g| g + 1);
         for group in 0..groups {
             let columns: Vec<usize> = (0..self.fitted).filter(|&k| self.local[k] == Some(group)).collect();
-            let touches = |s: usize| {
-                let (first, height) = self.stretch[s];
-                (first..first + height).any(|k| columns.iter().any(|&c| self.rows[(c, k)] != 0.0))
-            };
+            let touches = |s: usize| self.stretch[s].clone().any(|k| columns.iter().any(|&c| self.rows[(c, k)] != 0.0));
             let own: Vec<usize> = (0..held.len()).filter(|&i| touches(held[i])).collect();
             if own.is_empty() {
                 continue;
             }
             let training = self.taken().filter(|&s| products.folds.of[self.posture[s]] != f && touches(s));
-            let rows: usize = training.map(|s| self.stretch[s].1).sum();
+            let rows: usize = training.map(|s| self.stretch[s].len()).sum();
             if rows as f64 >= ROWS_A_NUMBER * columns.len() as f64 {
                 continue;
             }
@@ -289,14 +288,14 @@ impl<'a> Linear<'a> {
                 .iter()
                 .scan(0, |at, &s| {
                     let start = *at;
-                    *at += self.stretch[s].1;
+                    *at += self.stretch[s].len();
                     Some(start)
                 })
                 .collect();
             let places: Vec<(usize, usize)> = own
                 .iter()
-                .flat_map(|&i| (0..self.stretch[held[i]].1).map(move |k| (i, k)))
-                .map(|(i, k)| (starts[i] + k, self.stretch[held[i]].0 + k))
+                .flat_map(|&i| (0..self.stretch[held[i]].len()).map(move |k| (i, k)))
+                .map(|(i, k)| (starts[i] + k, self.stretch[held[i]].start + k))
                 .collect();
             let x = DMatrix::from_fn(places.len(), columns.len(), |r, c| self.rows[(columns[c], places[r].1)]);
             let y = DVector::from_fn(places.len(), |r, _| residual[places[r].0]);
