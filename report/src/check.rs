@@ -1,7 +1,7 @@
 //! A check of a calibrated robot in words and tables.
 
 use calibench::monitoring::check::conditions::Condition;
-use calibench::monitoring::check::power::{Power, Quantity, SHOWN, Shown};
+use calibench::monitoring::check::power::{Power, Quantity, SHOWN, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
@@ -81,7 +81,7 @@ pub(crate) fn too_alike_remark(check: &RobotCheck) -> Option<String> {
 }
 
 /// Conditions of one kind, of which the least clear one is named.
-fn shown_kind(shown: &Shown) -> Option<&'static str> {
+fn shown_kind(shown: &SmallestDetectable) -> Option<&'static str> {
     Some(match (&shown.condition, shown.quantity) {
         (Condition::JointSlipped(_), Quantity::Angle) => "a joint off by",
         (Condition::JointSlipped(_), _) => "a sliding joint off by",
@@ -96,7 +96,7 @@ fn shown_kind(shown: &Shown) -> Option<&'static str> {
 }
 
 /// The smallest changes that the samples of a check show, as sentences.
-fn shown_words(shown: &[Shown]) -> String {
+fn shown_words(shown: &[SmallestDetectable]) -> String {
     let mut kinds: Vec<&'static str> = Vec::new();
     for kind in shown.iter().filter_map(shown_kind) {
         if !kinds.contains(&kind) {
@@ -156,7 +156,7 @@ fn closest_words(check: &RobotCheck, named: &Condition) -> String {
 
 /// The check as text: the verdict, what to do, and the samples; `shown` are the smallest changes that they show.
 #[must_use]
-pub fn check_text(check: &RobotCheck, shown: &[Shown]) -> String {
+pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> String {
     let used = check.looks.len();
     let mut out = String::new();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);

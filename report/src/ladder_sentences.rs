@@ -11,7 +11,7 @@ use calibench::effects::{self, EffectId};
 use calibench::identify::fit::Outcome;
 use calibench::planning::planned::Planned;
 use calibench::selection::ladder::{Ladder, LadderStep, StopReason};
-use calibench::selection::recommend::{Choice, ChoiceKind, Gain, Lack};
+use calibench::selection::recommend::{Choice, ChoiceKind, Gain, Insufficient};
 use calibench::selection::{Contradiction, Objection};
 use calibench::units::MM;
 
@@ -48,16 +48,18 @@ fn contradiction(by: &Contradiction) -> String {
 pub fn gain_sentence(gain: &Gain) -> String {
     let (better, wanted) = match gain.lacks() {
         None => ("better".into(), String::new()),
-        Some(Lack::Gain) => ("no better".into(), String::new()),
-        Some(Lack::Size { needed }) => ("hardly better".into(), format!("; more than {:.0} % required", 100.0 * needed)),
-        Some(Lack::Significance { needed }) => {
+        Some(Insufficient::Gain) => ("no better".into(), String::new()),
+        Some(Insufficient::Size { needed }) => {
+            ("hardly better".into(), format!("; more than {:.0} % required", 100.0 * needed))
+        }
+        Some(Insufficient::Significance { needed }) => {
             ("better by no more than chance allows".into(), format!("; more than {needed:.1} required"))
         }
-        Some(Lack::Tail { grows }) => {
+        Some(Insufficient::Tail { grows }) => {
             (format!("better on the whole, but the largest errors grow by {:.0} %", 100.0 * grows), String::new())
         }
     };
-    let size = matches!(gain.lacks(), Some(Lack::Size { .. }));
+    let size = matches!(gain.lacks(), Some(Insufficient::Size { .. }));
     let (of_squares, of_sigma) = if size { (wanted.as_str(), "") } else { ("", wanted.as_str()) };
     format!(
         "{} that were not fitted are predicted {better}: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, the largest clipped{of_squares}; {:.1} standard errors{of_sigma})",

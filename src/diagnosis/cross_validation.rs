@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::examination::Examination;
 use crate::identify::BACKGROUND_WIDTH;
-use crate::identify::problem::Circumstance;
+use crate::identify::problem::SampleContext;
 use crate::math::linalg;
 
 /// Number of folds, if there are enough samples.
@@ -23,18 +23,18 @@ const TIED: f64 = 1e-3;
 /// Fold of each sample: `FOLDS` runs per session, in the order of the file. Where ball positions are unknown, each ball
 /// is split separately as well, since nothing predicts a ball without any fitted sample. A posture is never split: its
 /// repeats would predict each other.
-pub(crate) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
-    let place = |c: &Circumstance| (c.setup, c.free_ball);
+pub(crate) fn folds(contexts: &[SampleContext]) -> Vec<usize> {
+    let place = |c: &SampleContext| (c.setup, c.free_ball);
     let mut counts = BTreeMap::new();
-    circumstances.iter().for_each(|c| *counts.entry(place(c)).or_insert(0) += 1);
+    contexts.iter().for_each(|c| *counts.entry(place(c)).or_insert(0) += 1);
     let mut seen = BTreeMap::new();
-    let fold = |c: &Circumstance| {
+    let fold = |c: &SampleContext| {
         let (count, seen) = (counts[&place(c)], seen.entry(place(c)).or_insert(0));
         *seen += 1;
         (*seen - 1) * FOLDS.min(count) / count
     };
-    let alone: Vec<usize> = circumstances.iter().map(fold).collect();
-    let postures = super::folds::postures(circumstances);
+    let alone: Vec<usize> = contexts.iter().map(fold).collect();
+    let postures = super::folds::postures(contexts);
     let mut of_posture = vec![None; postures.count()];
     alone.iter().zip(postures.of_samples()).map(|(&fold, &posture)| *of_posture[posture].get_or_insert(fold)).collect()
 }
@@ -55,9 +55,9 @@ fn missed(
     examination: &Examination,
     folds: &[usize],
     beside: std::ops::Range<usize>,
-    height: fn(&Circumstance) -> usize,
+    height: fn(&SampleContext) -> usize,
 ) -> Vec<f64> {
-    let Examination { rows, fitted, columns, circumstances, problem, fit, .. } = examination;
+    let Examination { rows, fitted, columns, contexts, problem, fit, .. } = examination;
     let (m, n) = (fitted.len(), columns.len());
     let chosen: Vec<usize> = (0..m).chain(beside.map(|k| m + k)).chain([m + n]).collect();
     let size = chosen.len() - 1;
@@ -76,18 +76,18 @@ fn missed(
         products
     };
     let rows_of = |f: usize| -> Vec<usize> {
-        let own = circumstances.iter().zip(folds).filter(|(_, fold)| **fold == f);
+        let own = contexts.iter().zip(folds).filter(|(_, fold)| **fold == f);
         own.flat_map(|(at, _)| at.first_row..at.first_row + at.height).collect()
     };
     let of_fold: Vec<DMatrix<f64>> = (0..count).into_par_iter().map(|f| products(&rows_of(f))).collect();
     // Known distances are not samples; they belong to every training set.
-    let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+    let samples_end = contexts.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
     let always = products(&(samples_end..rows.ncols()).collect::<Vec<_>>());
     let mut all = of_fold.iter().fold(always, |sum, f| sum + f);
     // Priors enter as rows of their own; the ordinary size is in units of the remaining noise.
     let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {
-        let information = problem.parameters()[*p].knowledge.information() * examination.yardstick.weight().powi(2);
+        let information = problem.parameters()[*p].knowledge.information() * examination.noise_scale.weight().powi(2);
         all[(k, k)] += information;
         all[(k, size)] -= information * fit.values[*p];
     }
@@ -106,7 +106,7 @@ fn missed(
         Some(step.component_mul(&scale))
     };
     let steps: Vec<Option<DVector<f64>>> = of_fold.par_iter().map(step_without).collect();
-    let square = |(at, &fold): (&Circumstance, &usize)| {
+    let square = |(at, &fold): (&SampleContext, &usize)| {
         let Some(step) = &steps[fold] else { return f64::INFINITY };
         let left = |k: usize| {
             let row = rows.column(at.first_row + k);
@@ -115,5 +115,5 @@ fn missed(
         };
         (0..height(at)).map(left).sum()
     };
-    circumstances.iter().zip(folds).map(square).collect()
+    contexts.iter().zip(folds).map(square).collect()
 }

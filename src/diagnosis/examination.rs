@@ -12,10 +12,10 @@ use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::fit::{Fit, FitError, Outcome, fit};
-use crate::identify::problem::{Circumstance, Problem, Use};
+use crate::identify::problem::{Problem, SampleContext, Use};
 use crate::math::linalg;
 use crate::measure::dataset::{Dataset, NamedDataset};
-use crate::residuals::noise::Yardstick;
+use crate::residuals::noise::NoiseScale;
 use crate::residuals::noise_floor::NoiseFloor;
 
 use wide::Wide;
@@ -41,10 +41,10 @@ pub struct Examination {
     pub(crate) columns: Vec<Column>,
     /// Columns of each candidate.
     pub(crate) spans: Vec<Span>,
-    pub(crate) circumstances: Vec<Circumstance>,
+    pub(crate) contexts: Vec<SampleContext>,
     /// Size of the noise, and the number of samples that count as one.
-    pub(crate) yardstick: Yardstick,
-    /// Rows whitened by the noise of the yardstick: one row per parameter of `fitted`, then one per candidate column in
+    pub(crate) noise_scale: NoiseScale,
+    /// Rows whitened by the noise of the noise_scale: one row per parameter of `fitted`, then one per candidate column in
     /// plausible sizes, then the residuals.
     pub(crate) rows: DMatrix<f64>,
     pub(crate) projection: Projection,
@@ -113,14 +113,14 @@ impl Examination {
     /// # Errors
     /// When a matrix cannot be factored.
     pub(crate) fn with_library(self, datasets: &[NamedDataset<'_>]) -> Result<Self, IdentifyError> {
-        let Examination { model, problem, fit, yardstick, .. } = self;
-        Examination::of(datasets, &model, problem, fit, Library::new(datasets, &model), yardstick)
+        let Examination { model, problem, fit, noise_scale, .. } = self;
+        Examination::of(datasets, &model, problem, fit, Library::new(datasets, &model), noise_scale)
     }
 
     /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[NamedDataset<'_>], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
-        let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
+        let noise_scale = NoiseScale::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), noise_scale)
     }
 
     /// As [`Examination::new`], with these candidates in place of the library.
@@ -135,8 +135,8 @@ impl Examination {
         let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, yardstick)
+        let noise_scale = NoiseScale::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, noise_scale)
     }
 
     /// Examines planned poses, given as samples at their nominal positions. Joint compliances are set to their
@@ -154,8 +154,8 @@ impl Examination {
             }
         }
         problem.update_loads(&fit.values);
-        let yardstick = Yardstick::as_stated(problem.noise_stated());
-        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
+        let noise_scale = NoiseScale::as_stated(problem.noise_stated());
+        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), noise_scale)
     }
 
     /// As this examination, with the same fit but other candidates.
@@ -163,7 +163,7 @@ impl Examination {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
-        Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
+        Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.noise_scale.clone())
     }
 
     fn of(
@@ -172,10 +172,10 @@ impl Examination {
         problem: Problem,
         fit: Fit,
         library: Library,
-        yardstick: Yardstick,
+        noise_scale: NoiseScale,
     ) -> Result<Self, IdentifyError> {
         let wide = Wide::of(datasets, model, &problem, &fit, &library)?;
-        let weight = yardstick.weight();
+        let weight = noise_scale.weight();
         let mut rows = wide.rows() * weight;
         let Wide { problem: wide, values, fitted, columns, spans } = wide;
         (fitted.len()..fitted.len() + columns.len()).for_each(|k| silence(&mut rows, k));
@@ -194,18 +194,18 @@ impl Examination {
         }
         let left = (squares - projection.of_residual.norm_squared()).max(f64::MIN_POSITIVE);
         let parameters = fit.kept.len() as f64;
-        let dof = ((fit.dof as f64 + parameters) / yardstick.repetition - parameters).max(1.0);
-        let remainder = if yardstick.is_known() {
+        let dof = ((fit.dof as f64 + parameters) / noise_scale.repetition - parameters).max(1.0);
+        let remainder = if noise_scale.is_known() {
             Remainder { squares: left + STATED_NOISE_DOF, dof: dof + STATED_NOISE_DOF }
         } else {
             Remainder { squares: left, dof }
         };
-        let mut circumstances = wide.circumstances(&values);
-        circumstances.iter_mut().for_each(|c| c.scale(weight));
+        let mut contexts = wide.contexts(&values);
+        contexts.iter_mut().for_each(|c| c.scale(weight));
         Ok(Examination {
             model: model.clone(),
-            circumstances,
-            yardstick,
+            contexts,
+            noise_scale,
             whole: (0..n).map(|k| products[(m + k, m + k)]).collect(),
             library,
             problem,
@@ -225,8 +225,8 @@ impl Examination {
 
     /// Factor that converts the whitened sum of squares of each sample to m².
     pub(crate) fn squared_units(&self) -> Vec<f64> {
-        let mut unit = vec![0.0; self.circumstances.len()];
-        let weight2 = self.yardstick.weight().powi(2);
+        let mut unit = vec![0.0; self.contexts.len()];
+        let weight2 = self.noise_scale.weight().powi(2);
         self.problem.for_each_sample(&self.fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64 / weight2);
         unit
     }
@@ -260,7 +260,7 @@ impl Examination {
 
     /// The noise as known from the data, independent of what the model may be missing.
     pub fn noise(&self) -> &NoiseFloor {
-        &self.yardstick.noise
+        &self.noise_scale.noise
     }
 
     /// Whitened sum of squares per degree of freedom, in units of the noise, of a model with an additional effect that
@@ -268,7 +268,7 @@ impl Examination {
     pub(crate) fn chi2_per_dof_with(&self, explained: f64, coefficients: usize) -> Option<f64> {
         let squares = self.remainder.squares - STATED_NOISE_DOF - explained;
         let dof = self.remainder.dof - STATED_NOISE_DOF - coefficients as f64;
-        self.yardstick.is_known().then(|| squares.max(0.0) / dof.max(1.0))
+        self.noise_scale.is_known().then(|| squares.max(0.0) / dof.max(1.0))
     }
 
     /// The candidates.

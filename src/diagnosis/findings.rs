@@ -44,7 +44,7 @@ pub(crate) fn findings(
 ) -> Vec<Finding> {
     let remainder = &close.remainder;
     let unit = remainder.unit();
-    let folds = folds(&close.circumstances);
+    let folds = folds(&close.contexts);
     let before: f64 = cross_validated(close, &folds, 0..0).iter().sum();
     let best_places: usize = hypotheses.iter().map(|h| h.places).max().unwrap_or(1);
     let finding = |(k, h): (usize, &Hypothesis)| {
@@ -71,7 +71,7 @@ pub(crate) fn findings(
             hypothesis: h.clone(),
             probability: probability(h),
             p_family: (p_value * (tests + best_places) as f64).min(1.0),
-            delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.circumstances.len() as f64).ln(),
+            delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.contexts.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
             rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
             exactly_same: exact_aliases(&h.in_model, &close.model.registry, datasets),

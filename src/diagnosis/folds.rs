@@ -8,7 +8,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::Examination;
-use crate::identify::problem::{Circumstance, Use};
+use crate::identify::problem::{SampleContext, Use};
 use crate::measure::dataset::{Measured, NamedDataset};
 use crate::measure::poses::Postures;
 pub(crate) use crate::residuals::misfit::reach;
@@ -89,13 +89,13 @@ impl Folds {
 
     /// Returns all divisions that a campaign of these postures allows; `places` are those of the samples, counted from
     /// 0.
-    pub fn all(postures: &Postures, circumstances: &[Circumstance], places: &[Option<usize>]) -> Vec<Folds> {
+    pub fn all(postures: &Postures, contexts: &[SampleContext], places: &[Option<usize>]) -> Vec<Folds> {
         let n = postures.count();
         let count = FOLDS.min(n);
         let time = (0..n).map(|p| p * count / n).collect();
         let mut all = vec![Folds::random(n), Folds { division: Division::Time, of: time, count }];
         if n >= BLOCKS_FROM {
-            let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+            let joints: Vec<&[f64]> = contexts.iter().map(|c| c.q.as_slice()).collect();
             all.push(Folds { division: Division::Blocks, of: postures.blocks(&joints, count, SEED), count });
         }
         all.extend(Folds::of_places(postures, places));
@@ -104,15 +104,15 @@ impl Folds {
 }
 
 /// Returns the fold of each sample, with whole postures chosen at random.
-pub(crate) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
-    let postures = postures(circumstances);
+pub(crate) fn random_folds(contexts: &[SampleContext]) -> Vec<usize> {
+    let postures = postures(contexts);
     let folds = Folds::random(postures.count());
     postures.of_samples().iter().map(|&p| folds.of[p]).collect()
 }
 
 /// Groups a campaign by posture, regardless of set-up and target, as the error of the arm is the same.
-pub(crate) fn postures(circumstances: &[Circumstance]) -> Postures {
-    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+pub(crate) fn postures(contexts: &[SampleContext]) -> Postures {
+    let joints: Vec<&[f64]> = contexts.iter().map(|c| c.q.as_slice()).collect();
     Postures::of_joints(&joints, &vec![0; joints.len()])
 }
 

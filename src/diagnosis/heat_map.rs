@@ -211,7 +211,7 @@ impl HeatMap {
         let robot = examination.problem.robot();
         let turning: Vec<usize> = (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute).collect();
         let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
-        let samples = examination.circumstances.len();
+        let samples = examination.contexts.len();
         let mut features = DMatrix::zeros(samples, variables.len() * terms);
         for (v, scaled) in variables.iter().enumerate() {
             let mut b = v * terms;
@@ -225,8 +225,7 @@ impl HeatMap {
             }
         }
         let of_joint = |j: usize| {
-            let sweep =
-                Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Borrowed(&features));
+            let sweep = Sweep::new(examination, background, &sweep::joint(&examination.contexts, j), Cow::Borrowed(&features));
             let of_variable = |(v, scaled): (usize, &Scaled)| {
                 let mut first = v * terms;
                 let mut found = [Vec::new(), Vec::new()];
@@ -318,21 +317,21 @@ impl Curve {
 }
 
 fn variables(examination: &Examination) -> Vec<Scaled> {
-    let circumstances = &examination.circumstances;
+    let contexts = &examination.contexts;
     let robot = examination.problem.robot();
     let joints = robot.joints();
-    let angle = |j: usize| Some(circumstances.iter().map(|c| c.q[j]).collect());
+    let angle = |j: usize| Some(contexts.iter().map(|c| c.q[j]).collect());
     let turns = |j: &usize| robot.kind(*j) == JointKind::Revolute;
     let parallel = joints > 2 && [1, 2].iter().all(turns) && robot.links[2].mdh.alpha.sin().abs() < 1e-3;
     let mut all: Vec<(Variable, Option<Vec<f64>>)> = (0..joints).map(|j| (Variable::of_joint(robot, j), angle(j))).collect();
     if parallel {
-        all.push((Variable::Forearm, Some(circumstances.iter().map(|c| c.q[1] + c.q[2]).collect())));
+        all.push((Variable::Forearm, Some(contexts.iter().map(|c| c.q[1] + c.q[2]).collect())));
     }
     if robot.has_masses() {
-        let torque = |j: usize| Some(circumstances.iter().map(|c| c.tau[j]).collect());
+        let torque = |j: usize| Some(contexts.iter().map(|c| c.tau[j]).collect());
         all.extend((0..joints).filter(turns).map(|j| (Variable::Torque(j), torque(j))));
     }
-    all.push((Variable::Time, circumstances.iter().map(|c| c.time_s).collect()));
+    all.push((Variable::Time, contexts.iter().map(|c| c.time_s).collect()));
     all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()
 }
 
@@ -341,7 +340,7 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
         let features = DMatrix::from_fn(samples, count, |i, m| term(m, length, scaled.u[i]));
-        let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, joint), Cow::Owned(features));
+        let sweep = Sweep::new(examination, background, &sweep::joint(&examination.contexts, joint), Cow::Owned(features));
         let block = sweep.block(0, count, AMPLITUDE);
         let seen = Seen::new(block.k.clone(), &block.z);
         let of_size = SIZES.map(|s| (s, seen.ln_evidence(&examination.remainder, &[s])));

@@ -89,8 +89,8 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
     let id = |k: u32| EffectId::member(EffectId::HARMONIC, format_args!("{}:{k}", j + 1));
     orders.retain(|&k| !examination.model.lists(&id(k)) && examination.library.place(&id(k)).is_none());
     let plausible = plausible(examination, &id(*orders.first()?))?;
-    let features = waves(&examination.circumstances.iter().map(|at| at.q[j]).collect::<Vec<f64>>(), &orders);
-    let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Owned(features));
+    let features = waves(&examination.contexts.iter().map(|at| at.q[j]).collect::<Vec<f64>>(), &orders);
+    let sweep = Sweep::new(examination, background, &sweep::joint(&examination.contexts, j), Cow::Owned(features));
     let trial = |(b, &k): (usize, &u32)| {
         Trial::new(
             examination,
@@ -126,7 +126,7 @@ fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
 fn outlier(examination: &Examination, background: &Background) -> Option<Hypothesis> {
     let ids = examination.problem.sample_ids();
     let plausible = plausible(examination, &effects::catalogue::setting_aside(ids.first()?))?;
-    let sweep = Sweep::of_each_sample(examination, background, &sweep::base(&examination.circumstances));
+    let sweep = Sweep::of_each_sample(examination, background, &sweep::base(&examination.contexts));
     let trial = |(i, id): (usize, &String)| {
         let in_model = effects::catalogue::setting_aside(id);
         let is_new = !examination.model.lists(&in_model);

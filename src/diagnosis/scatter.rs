@@ -35,7 +35,7 @@ pub struct Scatter {
 impl Scatter {
     pub(crate) fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Self {
         let (problem, fit) = (&examination.problem, &examination.fit);
-        let noise = examination.yardstick.noise.clone();
+        let noise = examination.noise_scale.noise.clone();
         let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
         let rows = rows(problem, &fit.values);
         let repeats = noise.replicates.is_some().then(|| {
@@ -47,7 +47,7 @@ impl Scatter {
             lack_of_fit_p: lack_of_fit(&noise, fit.chi2, fit.dof as f64),
             larger_than_stated: noise.larger_than_stated(),
             postures: postures.count(),
-            repetition: examination.yardstick.repetition,
+            repetition: examination.noise_scale.repetition,
             suspects: Vec::new(),
             serial: SerialCorrelation::of(&rows, postures.of_samples()),
             joint_steps: JointSteps::of(datasets, problem, &fit.values),

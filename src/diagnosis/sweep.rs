@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Vector6};
 use super::background::Background;
 use super::evidence::Seen;
 use super::examination::Examination;
-use crate::identify::problem::Circumstance;
+use crate::identify::problem::SampleContext;
 use crate::math::linalg;
 
 /// Projected columns `carrier_c(i) feature_b(i)`; column `b * carriers + c`.
@@ -55,7 +55,7 @@ impl<'a> Sweep<'a> {
 
     /// A sweep over the samples: the carriers at one sample after the other.
     pub fn of_each_sample(examination: &Examination, background: &Background, carriers: &[Vec<Vector6<f64>>]) -> Self {
-        let samples = examination.circumstances.len();
+        let samples = examination.contexts.len();
         let mut products = DMatrix::zeros(examination.rows.nrows(), samples * carriers.len());
         for (c, carrier) in carriers.iter().enumerate() {
             for (i, column) in moved(examination, carrier).column_iter().enumerate() {
@@ -78,9 +78,9 @@ impl<'a> Sweep<'a> {
         let cross = products.rows(m, n) - linalg::product_of_transposed(&projection.of_columns, &half);
         let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
         let along = background.along(&cross);
-        let circumstances = &examination.circumstances;
+        let contexts = &examination.contexts;
         let product = |c: &[Vector6<f64>], d: &[Vector6<f64>]| {
-            DVector::from_fn(circumstances.len(), |i, _| (0..circumstances[i].height).map(|a| c[i][a] * d[i][a]).sum::<f64>())
+            DVector::from_fn(contexts.len(), |i, _| (0..contexts[i].height).map(|a| c[i][a] * d[i][a]).sum::<f64>())
         };
         let among = carriers.iter().flat_map(|c| carriers.iter().map(move |d| product(c, d))).collect();
         Sweep { among, carriers: carriers.len(), features, half, along, z }
@@ -127,7 +127,7 @@ impl<'a> Sweep<'a> {
 fn moved(examination: &Examination, carrier: &[Vector6<f64>]) -> DMatrix<f64> {
     let rows = &examination.rows;
     let mut moved = DMatrix::zeros(rows.nrows(), carrier.len());
-    for ((i, at), carrier) in examination.circumstances.iter().enumerate().zip(carrier) {
+    for ((i, at), carrier) in examination.contexts.iter().enumerate().zip(carrier) {
         let mut to = moved.column_mut(i);
         for axis in 0..at.height {
             to.axpy(carrier[axis], &rows.column(at.first_row + axis), 1.0);
@@ -145,16 +145,16 @@ impl Block {
 }
 
 /// Carrier: the angle of joint `j`.
-pub(crate) fn joint(circumstances: &[Circumstance], j: usize) -> Vec<Vec<Vector6<f64>>> {
-    vec![circumstances.iter().map(|c| c.joints[j]).collect()]
+pub(crate) fn joint(contexts: &[SampleContext], j: usize) -> Vec<Vec<Vector6<f64>>> {
+    vec![contexts.iter().map(|c| c.joints[j]).collect()]
 }
 
 /// Carriers: the position of the base in the world.
-pub(crate) fn base(circumstances: &[Circumstance]) -> Vec<Vec<Vector6<f64>>> {
-    (0..3).map(|k| circumstances.iter().map(|c| c.base[k]).collect()).collect()
+pub(crate) fn base(contexts: &[SampleContext]) -> Vec<Vec<Vector6<f64>>> {
+    (0..3).map(|k| contexts.iter().map(|c| c.base[k]).collect()).collect()
 }
 
 /// Carriers: the position of the TCP in the last frame.
-pub(crate) fn tool(circumstances: &[Circumstance]) -> Vec<Vec<Vector6<f64>>> {
-    (0..3).map(|k| circumstances.iter().map(|c| c.tool[k]).collect()).collect()
+pub(crate) fn tool(contexts: &[SampleContext]) -> Vec<Vec<Vector6<f64>>> {
+    (0..3).map(|k| contexts.iter().map(|c| c.tool[k]).collect()).collect()
 }

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::fit_result::{Fit, FitError};
-use super::problem::Circumstance;
+use super::problem::SampleContext;
 use super::problem::{Prior, Problem};
 use crate::math::linalg::{self, Cholesky};
 use crate::measure::poses::Postures;
@@ -40,11 +40,11 @@ pub(crate) fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Resul
     if fit.kept.is_empty() || dof < 1.0 || fit.noise_stated && fit.chi2 < dof + NOISE_ALONE * (2.0 * dof).sqrt() {
         return Ok(fit.covariance.clone());
     }
-    let circumstances = problem.circumstances(&fit.values);
+    let contexts = problem.contexts(&fit.values);
     let near = problem.whitened(&fit.values, &fit.kept);
     let information: Vec<f64> = fit.kept.iter().map(|&p| problem.parameters()[p].knowledge.information()).collect();
-    let by_errors = joint_errors(problem, fit, &near, &circumstances, &information)?;
-    let by_postures = left_out_in_turn(&near, &circumstances, &information)?;
+    let by_errors = joint_errors(problem, fit, &near, &contexts, &information)?;
+    let by_postures = left_out_in_turn(&near, &contexts, &information)?;
     Ok(widest(&fit.covariance, [by_errors, by_postures]))
 }
 
@@ -76,12 +76,12 @@ fn joint_errors(
     problem: &Problem,
     fit: &Fit,
     near: &DMatrix<f64>,
-    circumstances: &[Circumstance],
+    contexts: &[SampleContext],
     information: &[f64],
 ) -> Result<DMatrix<f64>, FitError> {
     let (m, joints) = (fit.kept.len(), problem.robot().joints());
     let rows = near.ncols();
-    let gram = gram_with_joint_errors(near, joints, circumstances);
+    let gram = gram_with_joint_errors(near, joints, contexts);
     let n = m + joints * PER_JOINT;
     let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Prior::Uninformative).count() as f64;
     let left = gram[(n, n)];
@@ -116,14 +116,14 @@ fn joint_errors(
 }
 
 /// Products of the parameters' columns, the joints' error columns of ordinary size, and the residuals, in this order.
-fn gram_with_joint_errors(near: &DMatrix<f64>, joints: usize, circumstances: &[Circumstance]) -> DMatrix<f64> {
+fn gram_with_joint_errors(near: &DMatrix<f64>, joints: usize, contexts: &[SampleContext]) -> DMatrix<f64> {
     let m = near.nrows() - 1;
     let errors = joints * PER_JOINT;
     let mut all = DMatrix::zeros(m + errors + 1, near.ncols());
     all.rows_mut(0, m).copy_from(&near.rows(0, m));
     all.row_mut(m + errors).copy_from(&near.row(m));
     let unit = ORDINARY / (ORDERS as f64).sqrt();
-    for at in circumstances {
+    for at in contexts {
         for (j, column) in at.joints.iter().enumerate() {
             for h in 1..=ORDERS {
                 let (sin, cos) = (h as f64 * at.q[j]).sin_cos();
@@ -175,11 +175,7 @@ impl Inverter {
 }
 
 /// The sandwich with leverages: sum of the parameter changes as each posture is left out in turn.
-fn left_out_in_turn(
-    near: &DMatrix<f64>,
-    circumstances: &[Circumstance],
-    information: &[f64],
-) -> Result<DMatrix<f64>, FitError> {
+fn left_out_in_turn(near: &DMatrix<f64>, contexts: &[SampleContext], information: &[f64]) -> Result<DMatrix<f64>, FitError> {
     let m = information.len();
     let mut gram = DMatrix::zeros(m + 1, m + 1);
     linalg::normal_matrix(near, &mut gram);
@@ -191,13 +187,11 @@ fn left_out_in_turn(
     factor.factor(&scaled)?;
     factor.inverse(&mut inverse);
     let mut sum = DMatrix::zeros(m, m);
-    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
-    let setups: Vec<usize> = circumstances.iter().map(|c| c.setup).collect();
+    let joints: Vec<&[f64]> = contexts.iter().map(|c| c.q.as_slice()).collect();
+    let setups: Vec<usize> = contexts.iter().map(|c| c.setup).collect();
     for group in Postures::of_joints(&joints, &setups).members() {
-        let rows: Vec<usize> = group
-            .iter()
-            .flat_map(|&k| circumstances[k].first_row..circumstances[k].first_row + circumstances[k].height)
-            .collect();
+        let rows: Vec<usize> =
+            group.iter().flat_map(|&k| contexts[k].first_row..contexts[k].first_row + contexts[k].height).collect();
         let columns = DMatrix::from_fn(m, rows.len(), |p, k| near[(p, rows[k])] * scale[p]);
         let left = DVector::from_fn(rows.len(), |k, _| near[(m, rows[k])]);
         let moves = linalg::product(&inverse, &columns);

@@ -29,7 +29,7 @@ mod wanted;
 use std::sync::Arc;
 
 use self::cell::Cell;
-pub(crate) use self::columns::Circumstance;
+pub(crate) use self::columns::SampleContext;
 use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};

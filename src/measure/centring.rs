@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use self::reading::read_patiently;
-use self::response::{Answer, Response};
+use self::response::{Response, StepResponse};
 use crate::cell::{Indicator, IndicatorError, Manipulator, TriCal};
 
 /// Phase of a probing in which the indicators were read.
@@ -162,10 +162,10 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         mut onto: &[Vec<f64>],
         note: &mut dyn FnMut(&Iteration),
     ) -> Result<Centred, CentringFailure> {
-        let mut course = CentringState::default();
+        let mut state = CentringState::default();
         loop {
             let centred = self.stop(Phase::Centring, std::mem::take(&mut onto), note, |cell, at, reading| {
-                cell.step_or_finish(&mut course, at, reading)
+                cell.step_or_finish(&mut state, at, reading)
             })?;
             if let Some(centred) = centred {
                 return Ok(centred);
@@ -222,15 +222,15 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// Ends at a stop with readings within the tolerance, or makes another step.
     fn step_or_finish(
         &mut self,
-        course: &mut CentringState,
+        state: &mut CentringState,
         at: &mut Iteration,
         reading: Result<Vector3<f64>, CentringFailure>,
     ) -> Result<Option<Centred>, CentringFailure> {
         let reading = match reading {
-            Err(CentringFailure::PlungerAtStop { axis }) => return Err(self.why_at_stop(course, at, axis)),
+            Err(CentringFailure::PlungerAtStop { axis }) => return Err(self.why_at_stop(state, at, axis)),
             reading => reading?,
         };
-        let doubt = self.doubt(course, &at.joints, &reading);
+        let doubt = self.doubt(state, &at.joints, &reading);
         // A wrong sign soon drives a plunger to its end: then the sign is reported, not the end. A merely suspected tool frame
         // is not.
         match (doubt, self.contact(&reading)) {
@@ -239,10 +239,10 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             (None, Ok(())) => Ok(()),
         }?;
         if reading.amax() < self.settings.tolerance {
-            return Ok(Some(self.centred(at, reading, course.steps)));
+            return Ok(Some(self.centred(at, reading, state.steps)));
         }
-        if course.steps == self.settings.max_steps {
-            return Err(CentringFailure::DidNotConverge { steps: course.steps, remaining: reading.amax() });
+        if state.steps == self.settings.max_steps {
+            return Err(CentringFailure::DidNotConverge { steps: state.steps, remaining: reading.amax() });
         }
         if reading.amax() > self.trical.tip_radius {
             return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
@@ -250,8 +250,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         let step = reading * (self.settings.max_step / reading.amax()).min(1.0);
         at.step = Some(step);
         self.robot.move_in_tool(&step)?;
-        course.steps += 1;
-        course.last = Some(LastStep { joints: at.joints.clone(), reading, step });
+        state.steps += 1;
+        state.last = Some(LastStep { joints: at.joints.clone(), reading, step });
         Ok(None)
     }
 
@@ -264,9 +264,9 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// Finds the reason why an indicator reports its plunger beyond its range: exchanged indicators, or only the stop. A single
     /// plunger at its stop looks the same whether the indicator counts backwards or the plunger jammed there, so no sign is
     /// suspected.
-    fn why_at_stop(&mut self, course: &CentringState, at: &mut Iteration, axis: usize) -> CentringFailure {
+    fn why_at_stop(&mut self, state: &CentringState, at: &mut Iteration, axis: usize) -> CentringFailure {
         let at_stop = CentringFailure::PlungerAtStop { axis };
-        let Some(last) = &course.last else { return at_stop };
+        let Some(last) = &state.last else { return at_stop };
         let mut reading = Vector3::zeros();
         for (k, indicator) in self.indicators.iter_mut().enumerate() {
             reading[k] = match read_patiently(indicator, self.settings.retries, &mut at.retries) {
@@ -284,8 +284,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    fn answer<'a>(&'a self, last: &'a LastStep, reading: &'a Vector3<f64>) -> Answer<'a> {
-        Answer {
+    fn answer<'a>(&'a self, last: &'a LastStep, reading: &'a Vector3<f64>) -> StepResponse<'a> {
+        StepResponse {
             trical: &self.trical,
             free_reading: &self.free_reading,
             before: &last.reading,
@@ -320,21 +320,21 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ///
     /// Since a judged step at least halves the distance and the others are short, a centring ends within twice `max_step` plus
     /// `max_steps * judged_above` of its beginning, whatever the indicators report.
-    fn doubt(&self, course: &mut CentringState, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
-        let last = course.last.as_ref()?;
+    fn doubt(&self, state: &mut CentringState, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
+        let last = state.last.as_ref()?;
         let (step, change) = (last.step, reading - last.reading);
         let moved = last.joints.iter().zip(joints).any(|(a, b)| (a - b).abs() > STANDSTILL);
         for axis in 0..3 {
             let asked = step[axis].abs();
             let ignores = moved && asked > self.settings.tolerance && change[axis].abs() < 0.1 * asked;
-            course.ignored[axis] = if ignores { course.ignored[axis] + 1 } else { 0 };
+            state.ignored[axis] = if ignores { state.ignored[axis] + 1 } else { 0 };
         }
-        if let Some(axis) = (0..3).find(|&k| course.ignored[k] >= self.settings.stuck_after) {
+        if let Some(axis) = (0..3).find(|&k| state.ignored[k] >= self.settings.stuck_after) {
             return Some(CentringFailure::StuckIndicator { axis });
         }
         let (before, after) = (last.reading.norm(), reading.norm());
         if before < self.settings.judged_above || after <= self.settings.shrink * before {
-            course.overshoots = 0;
+            state.overshoots = 0;
             return None;
         }
         if !moved {
@@ -344,8 +344,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             Response::Stuck { axis } => Some(CentringFailure::StuckIndicator { axis }),
             Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking { before, after, suspicion }),
             Response::Overshoots => {
-                course.overshoots += 1;
-                (course.overshoots >= self.settings.overshoots).then_some(CentringFailure::Oscillating { remaining: after })
+                state.overshoots += 1;
+                (state.overshoots >= self.settings.overshoots).then_some(CentringFailure::Oscillating { remaining: after })
             }
         }
     }

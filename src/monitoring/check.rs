@@ -22,7 +22,7 @@ mod scene;
 mod seen;
 
 use self::conditions::Condition;
-use self::power::Shown;
+use self::power::SmallestDetectable;
 pub use choose::choose_sentinels;
 pub use copies::rows_again;
 pub use noise::NoiseOf;
@@ -144,7 +144,7 @@ pub struct Judged {
 
 /// The state of the check after one sample.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Looked {
+pub struct ViewResult {
     /// Id of the sample.
     pub sample: String,
     /// Id of its counterpart.
@@ -174,7 +174,7 @@ pub struct Closest {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotCheck {
     /// The samples in order, up to the one with which a change was named.
-    pub looks: Vec<Looked>,
+    pub looks: Vec<ViewResult>,
     /// Number of samples given.
     pub given: usize,
     /// True if something has changed: the ratio exceeded one over [`FALSE_ALARM`].
@@ -212,14 +212,14 @@ impl RobotCheck {
 
     fn on(scene: &Scene, evidence: &Evidence, noise: NoiseOf) -> RobotCheck {
         let (used, changed) = evidence.decide(&scene.differences);
-        let look = |(k, pair): (usize, &Pair)| Looked {
+        let look = |(k, pair): (usize, &Pair)| ViewResult {
             sample: pair.now.clone(),
             counterpart: pair.then.clone(),
             change: pair.change.norm(),
             noise: pair.noise,
             ratio: evidence.ln_ratio(&scene.differences, k + 1).min(LARGEST).exp(),
         };
-        let looks: Vec<Looked> = scene.pairs.iter().enumerate().take(used).map(look).collect();
+        let looks: Vec<ViewResult> = scene.pairs.iter().enumerate().take(used).map(look).collect();
         let conditions = evidence.probabilities(&scene.differences, used, CHANGED_BEFOREHAND);
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
@@ -285,7 +285,7 @@ impl<'a> CheckReference<'a> {
     ///
     /// # Errors
     /// As [`CheckReference::check`].
-    pub fn check_with_power(&self, now: NamedDataset<'_>) -> Result<(RobotCheck, Vec<Shown>), CheckError> {
+    pub fn check_with_power(&self, now: NamedDataset<'_>) -> Result<(RobotCheck, Vec<SmallestDetectable>), CheckError> {
         let judging = self.judging(now)?;
         let check = self.concluded(&judging, now.dataset)?;
         let shown = power::shown(&judging.columns, &judging.evidence, &self.calibration.robot);

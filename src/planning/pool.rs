@@ -56,7 +56,7 @@ impl Pool {
             };
             let centre =
                 self.dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / self.dataset.balls.len().max(1) as f64;
-            for ((i, sample), at) in candidates.enumerate().zip(there.circumstances()) {
+            for ((i, sample), at) in candidates.enumerate().zip(there.contexts()) {
                 // The columns of a base translation are the whitener; moving a ball is equivalent to moving the base
                 // back.
                 let whitener = Matrix3::from_columns(&at.base.map(|column| column.fixed_rows::<3>(0).into_owned()));

@@ -7,7 +7,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::library::missing_somewhere;
 use crate::effects::{self, Effect, EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
-use crate::identify::problem::{Circumstance, Parameter, Problem, Use};
+use crate::identify::problem::{Parameter, Problem, SampleContext, Use};
 use crate::measure::dataset::{Dataset, NamedDataset};
 
 /// The examined problem, set up for other samples of its first set-up.
@@ -48,7 +48,7 @@ impl AtNewPoses {
         let mut of_here = model.clone();
         of_here.effects.retain(&counts);
         of_here.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(counts));
-        let mut problem = Problem::as_long_as(wide, &named, &of_here, Use::All)?;
+        let mut problem = Problem::with_session_durations_of(wide, &named, &of_here, Use::All)?;
         let is_first = |p: &Parameter| p.setup.is_none_or(|setup| setup == 0);
         let twin = |k: usize| {
             let there = &wide.parameters()[k];
@@ -98,13 +98,13 @@ impl AtNewPoses {
     }
 
     /// Circumstances of the samples.
-    pub fn circumstances(&self) -> Vec<Circumstance> {
-        self.problem.circumstances(&self.values)
+    pub fn contexts(&self) -> Vec<SampleContext> {
+        self.problem.contexts(&self.values)
     }
 
     /// Circumstances of the samples with unwhitened columns, m, as in [`AtNewPoses::fields`].
-    pub fn plain_circumstances(&self) -> Vec<Circumstance> {
-        let mut all = self.circumstances();
+    pub fn plain_contexts(&self) -> Vec<SampleContext> {
+        let mut all = self.contexts();
         self.problem.for_each_sample(&self.values, &mut |s| {
             if let Some(back) = s.whitener.try_inverse() {
                 for column in &mut all[s.place].joints {

@@ -36,21 +36,21 @@ pub(crate) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 impl Level {
     /// Computes the level from an examined fit.
     pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Self {
-        let Examination { circumstances, problem, fit, .. } = examination;
+        let Examination { contexts, problem, fit, .. } = examination;
         let unit = examination.squared_units();
-        let samples = circumstances.len().max(1) as f64;
+        let samples = contexts.len().max(1) as f64;
         let noise2 = if problem.noise_stated() && !is_noise_overstated(fit) {
-            unit.iter().sum::<f64>() * examination.yardstick.weight().powi(2) / samples
+            unit.iter().sum::<f64>() * examination.noise_scale.weight().powi(2) / samples
         } else {
             0.0
         };
         let measured2 = |folds: &[usize]| {
             let missed = cross_validated_positions(examination, folds);
-            let length = |s: usize| (missed[s] * unit[s] * 3.0 / circumstances[s].positions as f64).sqrt();
-            (clipped_mean((0..circumstances.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
+            let length = |s: usize| (missed[s] * unit[s] * 3.0 / contexts[s].positions as f64).sqrt();
+            (clipped_mean((0..contexts.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
         };
         let of_robot = |measured2: f64| (measured2 - noise2).max(0.05 * measured2);
-        let by_postures = measured2(&random_folds(circumstances));
+        let by_postures = measured2(&random_folds(contexts));
         let left_out = MEAN_LENGTH * of_robot(by_postures).sqrt();
         Level {
             left_out,
@@ -58,7 +58,7 @@ impl Level {
                 .map(|p| (MEAN_LENGTH * of_robot(measured2(&p)).sqrt()).max(left_out)),
             share: of_robot(by_postures) / by_postures.max(f64::MIN_POSITIVE),
             noise: noise2.sqrt(),
-            spread: 0.05 + 0.42 / (crate::diagnosis::folds::postures(circumstances).count().max(1) as f64).sqrt(),
+            spread: 0.05 + 0.42 / (crate::diagnosis::folds::postures(contexts).count().max(1) as f64).sqrt(),
         }
     }
 }

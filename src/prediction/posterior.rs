@@ -87,7 +87,7 @@ impl Posterior {
         examination: &Examination,
         worker: Option<&dyn Worker>,
     ) -> Result<Self, IdentifyError> {
-        let Examination { rows, fitted, columns, spans, circumstances, problem, fit, model, yardstick, .. } = examination;
+        let Examination { rows, fitted, columns, spans, contexts, problem, fit, model, noise_scale, .. } = examination;
         let (m, n) = (fitted.len(), columns.len());
         let parameters: Vec<&Parameter> = fit.kept.iter().map(|&p| &problem.parameters()[p]).collect();
         let mut groups: Vec<Group> = Vec::new();
@@ -108,8 +108,8 @@ impl Posterior {
         unit.resize(m + n, 1.0);
         centre.resize(m + n, 0.0);
 
-        let step = circumstances.len().div_ceil(MOST).max(1);
-        let taken: Vec<_> = circumstances.iter().step_by(step).cloned().collect();
+        let step = contexts.len().div_ceil(MOST).max(1);
+        let taken: Vec<_> = contexts.iter().step_by(step).cloned().collect();
         let has_curves = model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.role == Role::AnyShape));
         let shapes = JointErrors::of(&taken, has_curves);
         let mut first = m + n;
@@ -118,7 +118,7 @@ impl Posterior {
             first += count;
         }
         // Known distances have rows of their own, after those of the samples.
-        let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+        let samples_end = contexts.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
         let mut samples = Vec::new();
         let mut places = Vec::new();
         for stretch in
@@ -142,7 +142,7 @@ impl Posterior {
         let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
         // The rounding of joint angles is part of the instrument noise.
         let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
-        let is_known = yardstick.is_known() && !is_noise_overstated(fit);
+        let is_known = noise_scale.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
         let noise = known.map(|known| NoisePrior { variance: known, freedom: STATED_NOISE });
         let draws = LinearModel { x, y, samples, outers, groups, noise }.draws(SEED, worker)?;
@@ -165,8 +165,8 @@ impl Posterior {
         let known = self.unit.len();
         let of = |k: usize, draw: usize| self.unit[k] * (self.centre[k] + self.draws[draw].b[k]);
         let mut all = linalg::product(&fields, &DMatrix::from_fn(known, self.draws.len(), of));
-        let circumstances = there.plain_circumstances();
-        for Outer { lever, shapes, columns } in self.shapes.factors(&circumstances, known, fields.nrows()) {
+        let contexts = there.plain_contexts();
+        for Outer { lever, shapes, columns } in self.shapes.factors(&contexts, known, fields.nrows()) {
             let of = |k: usize, draw: usize| self.draws[draw].b[columns[k]];
             let turned = linalg::product(&shapes, &DMatrix::from_fn(columns.len(), self.draws.len(), of));
             for (mut error, turned) in all.column_iter_mut().zip(turned.column_iter()) {

@@ -262,7 +262,7 @@ fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
 fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<bool> {
     let tcp = |q: &[f64]| world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
     let mut box_of_tcp = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-    for at in &examination.circumstances {
+    for at in &examination.contexts {
         let place = tcp(&at.q);
         box_of_tcp.iter_mut().zip(place.iter()).for_each(|(r, &x)| *r = [r[0].min(x), r[1].max(x)]);
     }

@@ -91,8 +91,8 @@ impl Comparison {
             .map(|(s, &group)| NoisySample { group, whitened: s.whitener * s.residual, height: s.height, variance: s.variance })
             .collect();
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
-        let (fit_relation, beforehand) = fit_relation::of(calibration, &application, datasets, which, &noise);
-        let whitened = Whitened::new(problem, values, &beforehand);
+        let (fit_relation, known) = fit_relation::of(calibration, &application, datasets, which, &noise);
+        let whitened = Whitened::new(problem, values, &known);
         let rms = rms(&seen.iter().map(|s| s.residual).collect::<Vec<_>>());
         let lack_of_fit = LackOfFit::of(&noise, rms, &whitened, problem.row_count());
 
@@ -101,18 +101,18 @@ impl Comparison {
         layout.acquit(&fit_relation.refitted, datasets);
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
-        let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
+        let scores = Scores::new(&whitened, &known, &places, layout.patterns(), &mut show);
         // If the stated noise exceeds the whole residual, it would hide every defect; the views are then judged by the
         // remaining residuals.
-        let yardstick = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
-        let judge = finding::Judge { noise: &yardstick, samples: seen.len(), repetition: repetition(&seen) };
+        let noise_scale = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
+        let judge = finding::Judge { noise: &noise_scale, samples: seen.len(), repetition: repetition(&seen) };
         let views = views::Views {
             robot: problem.robot(),
             layout: &layout,
             seen: &seen,
             scores: &scores,
             judge: &judge,
-            fitted: beforehand.fitted,
+            fitted: known.fitted,
         };
         let unit = judge.unit(&scores);
         let setups = views.setups(problem.setups());

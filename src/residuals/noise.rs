@@ -1,18 +1,18 @@
 //! Scatter of the data: samples that disagree with all others, repeats, serial correlation, rounded joint angles.
 
 mod joint_steps;
+mod noise_scale;
 mod repeats;
 mod serial;
 mod suspects;
-mod yardstick;
 
 pub use joint_steps::JointSteps;
+pub(crate) use noise_scale::NoiseScale;
 pub use repeats::{JointScatter, RepeatScatter};
 pub(crate) use repeats::{moments, patterns};
 pub use serial::{LagCorrelation, SerialCorrelation};
 pub(crate) use suspects::suspects_of;
 pub use suspects::{Suspect, suspects};
-pub(crate) use yardstick::Yardstick;
 
 use nalgebra::Vector3;
 

@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 
 pub(crate) use self::bins::Bins;
 pub use self::joint_variable::JointVariable;
-pub(crate) use self::scores::{Beforehand, Patterns, Scores, Taken, Whitened};
+pub(crate) use self::scores::{Patterns, PriorKnowledge, ScoreReduction, Scores, Whitened};
 pub use self::seen_sample::SeenSample;
 pub use self::worst::WorstSample;
 pub(crate) use self::worst::{MOST_WORST, remarks};

@@ -57,7 +57,7 @@ impl FitScores {
             fit: examination.fit.rms,
             // A sample that is excluded no longer counts.
             cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
-            posture: postures(&examination.circumstances).of_samples().to_vec(),
+            posture: postures(&examination.contexts).of_samples().to_vec(),
             sessions: sessions(datasets, model, examination, &blocks),
             symptoms: Symptom::of(&calibration, datasets),
             blocks,
@@ -73,7 +73,7 @@ fn sessions(
     examination: &Examination,
     blocks: &[(String, f64)],
 ) -> Vec<SessionError> {
-    let setup_of = examination.circumstances.iter().map(|at| at.setup);
+    let setup_of = examination.contexts.iter().map(|at| at.setup);
     let of_session =
         |s: usize| rms(blocks.iter().zip(setup_of.clone()).filter(|(_, setup)| *setup == s).map(|((_, squares), _)| *squares));
     let names = examination.problem.setups().iter().map(|s| s.name());
@@ -107,18 +107,18 @@ fn is_aside(model: &Model, sample: &str) -> bool {
 
 /// Name of each sample, and its squared residual in blocked cross-validation, m².
 fn blocks(examination: &Examination) -> Vec<(String, f64)> {
-    let Examination { circumstances, rows, fit, .. } = examination;
-    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
-    let predicted = cross_validated_positions(examination, &folds(circumstances));
+    let Examination { contexts, rows, fit, .. } = examination;
+    let setups = contexts.iter().map(|c| c.setup + 1).max().unwrap_or(0);
+    let predicted = cross_validated_positions(examination, &folds(contexts));
     let (mut fitted, mut residual) = (vec![0.0; setups], vec![0.0; setups]);
     let last = rows.nrows() - 1;
-    for (at, r) in circumstances.iter().zip(examination.problem.residuals(&fit.values)) {
+    for (at, r) in contexts.iter().zip(examination.problem.residuals(&fit.values)) {
         fitted[at.setup] += (0..at.positions).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
         residual[at.setup] += r.norm_squared();
     }
     // The squares are computed whitened; the ratio of residual to whitened squares of the set-up converts them to m².
     let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
-    let squares = circumstances.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
+    let squares = contexts.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
     examination.problem.sample_ids().iter().cloned().zip(squares).collect()
 }
 

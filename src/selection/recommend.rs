@@ -12,4 +12,4 @@ mod shrinkage;
 pub(crate) mod steps;
 
 pub use choices::{Choice, Kind as ChoiceKind, Recommendation, recommend};
-pub use rule::{Gain, Lack};
+pub use rule::{Gain, Insufficient};

@@ -10,7 +10,7 @@ use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::{Condition, Elementary};
-use calibench::monitoring::check::power::{Shown, Smallest, power_of_check};
+use calibench::monitoring::check::power::{Smallest, SmallestDetectable, power_of_check};
 use calibench::monitoring::check::{CheckError, CheckReference, FALSE_ALARM, RobotCheck, choose_sentinels, rows_again};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
@@ -259,7 +259,7 @@ fn of_two_changes_at_once_neither_is_named_as_all() {
 }
 
 /// The smallest change of a condition that is shown.
-fn smallest(shown: &[Shown], condition: &Condition) -> Option<Smallest> {
+fn smallest(shown: &[SmallestDetectable], condition: &Condition) -> Option<Smallest> {
     shown.iter().find(|s| s.condition == *condition).unwrap().smallest.clone()
 }
 

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::history::{History, Moment};
-use crate::kept::{Kept, Set};
+use crate::kept::{CachedFit, FitCache};
 use crate::live::live;
 use crate::refusal::Refusal;
 use crate::saving::Place;
@@ -60,7 +60,7 @@ impl Bench {
     pub fn new(case: Case, place: Place) -> Result<Self, (Box<Case>, IdentifyError)> {
         let chosen = (0..case.datasets.len()).collect();
         let first = Moment::new(chosen, Switches::of(case.model.clone()), None);
-        let state = State { history: History::new(first.clone()), kept: Kept::default(), poses: Vec::new(), wanted: None };
+        let state = State { history: History::new(first.clone()), kept: FitCache::default(), poses: Vec::new(), wanted: None };
         let bench = Bench {
             case,
             place,
@@ -144,7 +144,7 @@ impl Bench {
         let set = self.subject(at, |subject| {
             let fitted = FittedModel::new(subject.datasets, &at.model)?;
             let figures = PageModel::first_figures(&fitted.scores, subject)?;
-            Ok::<_, IdentifyError>(Set::new(at.chosen.clone(), fitted, figures))
+            Ok::<_, IdentifyError>(CachedFit::new(at.chosen.clone(), fitted, figures))
         })?;
         let mut state = self.state();
         // The present set is never the one that was not used for the longest time.
@@ -222,7 +222,7 @@ impl Bench {
 
     /// The views of the samples at the moment of `judged`, once `is_enough` of its set: what is waited for is computed for the
     /// present set alone.
-    pub(super) fn seen(&self, judged: &Judged, is_enough: impl Fn(&Set) -> bool) -> Result<Views, Refusal> {
+    pub(super) fn seen(&self, judged: &Judged, is_enough: impl Fn(&CachedFit) -> bool) -> Result<Views, Refusal> {
         let mut state = self.state();
         loop {
             let Some(set) = state.set().filter(|set| set.is(&judged.moment.chosen, &judged.moment.model)) else {

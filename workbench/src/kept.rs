@@ -18,7 +18,7 @@ const MOST_SAMPLES: usize = 150_000;
 const SETS: [usize; 2] = [4, 200];
 
 /// A fitted set of effects on chosen data, and what else was computed for it.
-pub(super) struct Set {
+pub(super) struct CachedFit {
     /// Datasets, by index.
     pub chosen: Vec<usize>,
     /// The scores of the fit, with its model.
@@ -40,10 +40,10 @@ pub(super) struct Set {
     used: u64,
 }
 
-impl Set {
+impl CachedFit {
     /// A fitted set of which no more is known.
     pub fn new(chosen: Vec<usize>, fitted: FittedModel, figures: Value) -> Self {
-        Set {
+        CachedFit {
             chosen,
             scores: fitted.scores.clone(),
             figures,
@@ -81,19 +81,19 @@ impl Set {
 
 /// The kept sets.
 #[derive(Default)]
-pub(super) struct Kept {
-    sets: Vec<Set>,
+pub(super) struct FitCache {
+    sets: Vec<CachedFit>,
     clock: u64,
 }
 
-impl Kept {
+impl FitCache {
     /// The set of this model on these data.
-    pub fn find(&self, chosen: &[usize], model: &Model) -> Option<&Set> {
+    pub fn find(&self, chosen: &[usize], model: &Model) -> Option<&CachedFit> {
         self.sets.iter().find(|s| s.is(chosen, model))
     }
 
     /// The same, to be added to.
-    pub fn find_mut(&mut self, chosen: &[usize], model: &Model) -> Option<&mut Set> {
+    pub fn find_mut(&mut self, chosen: &[usize], model: &Model) -> Option<&mut CachedFit> {
         self.clock += 1;
         let clock = self.clock;
         let set = self.sets.iter_mut().find(|s| s.is(chosen, model))?;
@@ -102,11 +102,11 @@ impl Kept {
     }
 
     /// Keeps a set, and drops those that were not used for the longest time if there are too many.
-    pub fn keep(&mut self, set: Set) {
+    pub fn keep(&mut self, set: CachedFit) {
         self.clock += 1;
         self.sets.retain(|s| !s.is(&set.chosen, &set.scores.model));
-        self.sets.push(Set { used: self.clock, ..set });
-        let is_too_many = |sets: &[Set]| {
+        self.sets.push(CachedFit { used: self.clock, ..set });
+        let is_too_many = |sets: &[CachedFit]| {
             let samples: usize = sets.iter().map(|s| s.scores.blocks.len()).sum();
             sets.len() > SETS[1] || sets.len() > SETS[0] && samples > MOST_SAMPLES
         };

@@ -4,7 +4,7 @@ use calibench::identify::calibration::Calibration;
 use serde_json::{Value, json};
 
 use crate::case::Case;
-use crate::kept::Set;
+use crate::kept::CachedFit;
 use crate::saving::Place;
 use crate::state::State;
 use crate::switches::{Switch, Switches};
@@ -31,7 +31,7 @@ pub(super) fn live(case: &Case, place: &Place, state: &State) -> Value {
 }
 
 /// A switch, with a flag for each of its parameters outside its physical range.
-fn switch(switches: &Switches, switch: &Switch, set: Option<&Set>) -> Value {
+fn switch(switches: &Switches, switch: &Switch, set: Option<&CachedFit>) -> Value {
     let symptoms = set.iter().flat_map(|s| &s.scores.symptoms).filter(|s| switch.on && s.effect == switch.effect);
     json!({
         "effect": switch.effect,

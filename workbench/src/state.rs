@@ -6,7 +6,7 @@ use calibench::prediction::WorkspacePoses;
 use serde_json::{Value, json};
 
 use crate::history::{History, Moment};
-use crate::kept::{Kept, Set};
+use crate::kept::{CachedFit, FitCache};
 use calibench_report::objection_sentence;
 
 /// Number of candidates that are fitted before they are requested: those that the page lists.
@@ -15,7 +15,7 @@ const LISTED: usize = 8;
 /// State that changes as the user acts.
 pub(super) struct State {
     pub history: History,
-    pub kept: Kept,
+    pub kept: FitCache,
     /// Poses at which models of chosen data are judged.
     pub poses: Vec<(Vec<usize>, Arc<WorkspacePoses>)>,
     /// The candidate that someone waits for.
@@ -24,13 +24,13 @@ pub(super) struct State {
 
 impl State {
     /// Results for the current set.
-    pub fn set(&self) -> Option<&Set> {
+    pub fn set(&self) -> Option<&CachedFit> {
         let here = self.history.here();
         self.kept.find(&here.chosen, &here.model)
     }
 
     /// Results for a moment's set, to be added to.
-    pub fn set_mut(&mut self, of: &Moment) -> Option<&mut Set> {
+    pub fn set_mut(&mut self, of: &Moment) -> Option<&mut CachedFit> {
         self.kept.find_mut(&of.chosen, &of.model)
     }
 
@@ -45,6 +45,6 @@ impl State {
 }
 
 /// The candidates of a set that the page lists.
-pub(super) fn listed(set: &Set) -> Vec<String> {
+pub(super) fn listed(set: &CachedFit) -> Vec<String> {
     set.page_model().map_or_else(Vec::new, |p| p.candidates().into_iter().take(LISTED).collect())
 }

@@ -3,7 +3,7 @@
 use calibench::monitoring;
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::Condition;
-use calibench::monitoring::check::power::Shown;
+use calibench::monitoring::check::power::SmallestDetectable;
 use calibench::monitoring::check::{FALSE_ALARM, NoiseOf, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
@@ -160,14 +160,14 @@ impl PowerAtSize {
 impl Check {
     /// Converts a check, with the smallest changes that its samples show.
     #[must_use]
-    pub fn of(check: &RobotCheck, shown: &[Shown]) -> Self {
+    pub fn of(check: &RobotCheck, shown: &[SmallestDetectable]) -> Self {
         let condition = |j: &monitoring::check::Judged| CheckedCondition {
             condition: j.condition.name(),
             words: condition_words(&j.condition),
             to_do: what_to_do(&j.condition).into(),
             probability: j.probability,
         };
-        let look = |l: &monitoring::check::Looked| Look {
+        let look = |l: &monitoring::check::ViewResult| Look {
             sample: l.sample.clone(),
             counterpart: l.counterpart.clone(),
             change_mm: l.change / MM,
@@ -181,7 +181,7 @@ impl Check {
             noise_um: c.noise / UM,
             explains: c.explains,
         };
-        let power = |s: &Shown| {
+        let power = |s: &SmallestDetectable| {
             let (unit, name, _) = quantity_unit(s.quantity);
             ConditionPower {
                 condition: s.condition.name(),

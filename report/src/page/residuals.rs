@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use super::space::{Stance, space};
+use super::space::{ArmPose, space};
 use super::{short, shorts};
 use calibench::diagnosis::heat_map::Variable;
 use calibench::identify::Model;
@@ -73,7 +73,7 @@ pub(super) struct Residuals {
     /// Indices of the samples that are drawn, ascending.
     pub shown: Vec<usize>,
     /// The arm at every sample.
-    pub stances: Vec<Stance>,
+    pub stances: Vec<ArmPose>,
 }
 
 impl Residuals {
@@ -108,7 +108,7 @@ impl Residuals {
         let points: Vec<Point> = seen.iter().map(point).collect();
         let stride = points.len().div_ceil(MOST_POINTS).max(1);
         let shown = (0..points.len()).filter(|&i| i % stride == 0 || spoken_of(&points[i].id)).collect();
-        Ok(Residuals { joints, points, shown, stances: Stance::all(&problem, &fitted.values) })
+        Ok(Residuals { joints, points, shown, stances: ArmPose::all(&problem, &fitted.values) })
     }
 
     /// Apparent angle error of every joint in every drawn sample, urad: one list per joint.

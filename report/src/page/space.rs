@@ -16,14 +16,14 @@ const ONE_POINT: f64 = 1.0 * MM;
 const CELLS: f64 = 6.0;
 
 /// The arm at one sample, in the axes of the robot's base; m.
-pub(super) struct Stance {
+pub(super) struct ArmPose {
     /// Origins of the joints' frames from the base on, and the TCP.
     chain: Vec<Vector3<f64>>,
     /// Measured minus predicted.
     residual: Vector3<f64>,
 }
 
-impl Stance {
+impl ArmPose {
     /// The arm at every sample of a problem at `values` of its parameters.
     pub fn all(problem: &Problem, values: &[f64]) -> Vec<Self> {
         let joints = problem.robot().joints();
@@ -34,7 +34,7 @@ impl Stance {
             let seen = |point: Vector3<f64>| world_from_base.tr_mul(&(point - base.o));
             let frames = (0..=joints).map(|k| seen(posed.posture.frame(k).o));
             let chain = frames.chain([seen(posed.posture.tcp())]).collect();
-            all.push(Stance { chain, residual: world_from_base.tr_mul(&posed.residual) });
+            all.push(ArmPose { chain, residual: world_from_base.tr_mul(&posed.residual) });
         });
         all
     }
@@ -46,13 +46,13 @@ impl Stance {
 }
 
 /// The residuals of the drawn samples as arrows, um, three numbers each.
-pub(super) fn arrows(stances: &[Stance], shown: &[usize]) -> Value {
+pub(super) fn arrows(stances: &[ArmPose], shown: &[usize]) -> Value {
     shown.iter().map(|&i| shorts((0..3).map(|k| (stances[i].residual[k] / UM * 10.0).round() / 10.0))).collect()
 }
 
 /// What a picture in space shows: the arm of every drawn sample, the arrows, the balls, and the maps of all samples. `ball_of` is the
 /// index of a sample's ball.
-pub(super) fn space(stances: &[Stance], shown: &[usize], ball_of: impl Fn(usize) -> Option<usize>) -> Value {
+pub(super) fn space(stances: &[ArmPose], shown: &[usize], ball_of: impl Fn(usize) -> Option<usize>) -> Value {
     let points = stances.first().map_or(0, |s| s.chain.len());
     // A joint that never leaves its neighbour is not drawn twice.
     let apart = |k: usize| stances.iter().any(|s| (s.chain[k] - s.chain[k - 1]).norm() > ONE_POINT);
@@ -80,10 +80,10 @@ pub(super) fn space(stances: &[Stance], shown: &[usize], ball_of: impl Fn(usize)
 }
 
 /// The mean length of the residual by region: from the side (distance from axis 1, height), and from above (x, y).
-pub(super) fn maps(stances: &[Stance]) -> Value {
-    let length = |s: &Stance| s.residual.norm();
-    let side = |s: &Stance| [s.tcp().xy().norm(), s.tcp().z];
-    let top = |s: &Stance| [s.tcp().x, s.tcp().y];
+pub(super) fn maps(stances: &[ArmPose]) -> Value {
+    let length = |s: &ArmPose| s.residual.norm();
+    let side = |s: &ArmPose| [s.tcp().xy().norm(), s.tcp().z];
+    let top = |s: &ArmPose| [s.tcp().x, s.tcp().y];
     json!({
         "side": map(stances.iter().map(|s| (side(s), length(s))).collect()),
         "top": map(stances.iter().map(|s| (top(s), length(s))).collect()),

@@ -9,7 +9,7 @@ use super::candidate::{Candidate, MOST, Offered};
 use super::page_model::PageModel;
 use super::residuals::Residuals;
 use super::shorts;
-use super::space::Stance;
+use super::space::ArmPose;
 use super::telling::{telling, telling_of};
 use crate::documents;
 use calibench::diagnosis::hypotheses::Place;
@@ -72,7 +72,7 @@ impl Views {
     }
 
     /// The arm at every sample.
-    pub(super) fn stances(&self) -> &[Stance] {
+    pub(super) fn stances(&self) -> &[ArmPose] {
         &self.samples.residuals.stances
     }
 

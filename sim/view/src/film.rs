@@ -17,7 +17,7 @@ use crate::{ViewError, gauge, residuals, scene, story};
 
 /// Options of a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Wishes {
+pub struct RecordOptions {
     /// Factor by which deviations of a model's arm are exaggerated; chosen to make the difference visible if not given.
     pub exaggerate: Option<f64>,
     /// Run the ladder of missing effects.
@@ -28,7 +28,7 @@ pub struct Wishes {
 ///
 /// # Errors
 /// When the data do not match, the recorder fails, or the file cannot be written.
-pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), ViewError> {
+pub fn record(subject: &Subject, wishes: &RecordOptions, output: &Path) -> Result<(), ViewError> {
     let arms = Arms::of(subject, wishes.exaggerate).map_err(|e| subject.locate(e))?;
     let steps = steps(subject, wishes.ladder).map_err(|e| subject.locate(e))?;
     let judgement = Judgement::of(subject).map_err(|e| subject.locate(e))?;

@@ -24,5 +24,5 @@ mod subject;
 mod truth;
 
 pub use failure::ViewError;
-pub use film::{Wishes, record};
+pub use film::{RecordOptions, record};
 pub use subject::Subject;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use calibench::files::one_line;
-use calibench_view::{Subject, ViewError, Wishes, record};
+use calibench_view::{RecordOptions, Subject, ViewError, record};
 use clap::Parser;
 
 /// Record a calibration for the rerun viewer
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
 fn make(arguments: &Arguments) -> Result<(), ViewError> {
     let subject = Subject::read(&arguments.folder)?;
     let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("run.rrd"));
-    record(&subject, &Wishes { exaggerate: arguments.exaggerate, ladder: arguments.ladder }, &output)?;
+    record(&subject, &RecordOptions { exaggerate: arguments.exaggerate, ladder: arguments.ladder }, &output)?;
     if !subject.left_out.is_empty() {
         eprintln!("calibench-view: left out: {}", subject.left_out.join("; "));
     }

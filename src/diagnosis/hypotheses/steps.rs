@@ -18,7 +18,7 @@ use crate::diagnosis::sweep::Sweep;
 use crate::effects::EffectId;
 use crate::effects::facts::{Follows, Offered};
 use crate::effects::family::{Family, Origin, Scan};
-use crate::identify::problem::Circumstance;
+use crate::identify::problem::SampleContext;
 
 /// Largest number of gaps between samples that are tried at once. Of more gaps, this many are tried at even spacing,
 /// then again between the neighbours of the best one.
@@ -47,7 +47,7 @@ pub(super) fn steps(examination: &Examination, background: &Background) -> (Vec<
 
 /// Name of the data that are missing to find a moment.
 pub(super) fn lacking(examination: &Examination) -> Option<&'static str> {
-    examination.circumstances.iter().any(|c| c.time_s.is_none()).then_some("column time_s")
+    examination.contexts.iter().any(|c| c.time_s.is_none()).then_some("column time_s")
 }
 
 /// Ids without their moments: those of the base, the tool, the joints, then all others.
@@ -74,19 +74,19 @@ fn ids(examination: &Examination) -> Vec<String> {
 
 /// Finds the moment of a step; `None` if there is no gap to try.
 pub(super) fn step(examination: &Examination, background: &Background, id: &str) -> Option<Hypothesis> {
-    let circumstances = &examination.circumstances;
+    let contexts = &examination.contexts;
     let concerned = concerned(examination, id)?;
     let carriers = carriers(examination, id, &concerned)?;
     let plausible = plausible(examination, &format!("{id}:0"))?;
-    let gaps = gaps(circumstances, &concerned);
+    let gaps = gaps(contexts, &concerned);
     let mut trials: BTreeMap<usize, Trial> = BTreeMap::new();
     let mut next = spread(0..gaps.len());
     while !next.is_empty() {
         let after = |i: usize, b: usize| {
             let Gap { setup, moment, .. } = gaps[next[b]];
-            if circumstances[i].setup == setup && circumstances[i].time_s > Some(moment) { 1.0 } else { 0.0 }
+            if contexts[i].setup == setup && contexts[i].time_s > Some(moment) { 1.0 } else { 0.0 }
         };
-        let features = DMatrix::from_fn(circumstances.len(), next.len(), after);
+        let features = DMatrix::from_fn(contexts.len(), next.len(), after);
         let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
         let trial = |(b, &gap): (usize, &usize)| {
             let moment = gaps[gap].moment;
@@ -108,25 +108,25 @@ fn concerned(examination: &Examination, id: &str) -> Option<Vec<bool>> {
     } else {
         None
     };
-    let moved = |c: &Circumstance| match (family.origin, ball) {
+    let moved = |c: &SampleContext| match (family.origin, ball) {
         (_, Some(ball)) => c.ball == Some(ball),
         (Origin::Artifact, None) => c.ball.is_some(),
         _ => true,
     };
-    Some(examination.circumstances.iter().map(moved).collect())
+    Some(examination.contexts.iter().map(moved).collect())
 }
 
 /// Columns of what the effect moves: a joint, the tool, or the base relative to the balls.
 fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<Vec<Vec<Vector6<f64>>>> {
-    let circumstances = &examination.circumstances;
+    let contexts = &examination.contexts;
     let family = examination.model.family(id)?;
     if family.is_of_joint() {
-        return Some(sweep::joint(circumstances, family.joint(&EffectId::new(id))?.checked_sub(1)?));
+        return Some(sweep::joint(contexts, family.joint(&EffectId::new(id))?.checked_sub(1)?));
     }
     if family.follows.contains(&Follows::Tool) {
-        return Some(sweep::tool(circumstances));
+        return Some(sweep::tool(contexts));
     }
-    let mut carriers = sweep::base(circumstances);
+    let mut carriers = sweep::base(contexts);
     for carrier in &mut carriers {
         carrier.iter_mut().zip(concerned).filter(|(_, moved)| !**moved).for_each(|(c, _)| *c = Vector6::zeros());
     }
@@ -134,9 +134,9 @@ fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<V
 }
 
 /// Gaps between the samples concerned, session by session.
-fn gaps(circumstances: &[Circumstance], concerned: &[bool]) -> Vec<Gap> {
+fn gaps(contexts: &[SampleContext], concerned: &[bool]) -> Vec<Gap> {
     let mut sessions: BTreeMap<usize, Vec<(f64, usize)>> = BTreeMap::new();
-    for (i, c) in circumstances.iter().enumerate().filter(|(i, _)| concerned[*i]) {
+    for (i, c) in contexts.iter().enumerate().filter(|(i, _)| concerned[*i]) {
         if let Some(time) = c.time_s {
             sessions.entry(c.setup).or_default().push((time, i));
         }

@@ -228,7 +228,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Sets the duration of each session to that of the other's.
-    pub(super) fn last_as_long_as(&mut self, others: &[Setup]) {
+    pub(super) fn take_session_durations_of(&mut self, others: &[Setup]) {
         for (own, other) in self.setups.iter_mut().zip(others) {
             own.duration_s = other.duration_s;
         }

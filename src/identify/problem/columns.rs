@@ -1,4 +1,4 @@
-//! The circumstances under which each sample was taken, for the diagnosis.
+//! The context in which each sample was taken, for the diagnosis.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -9,9 +9,9 @@ use crate::measure::dataset::NamedDataset;
 use crate::robot::sites::Site;
 use crate::robot::statics::Loads;
 
-/// The circumstances of a sample, and the columns of its whitened residual for the sites that a scan varies.
+/// The context of a sample: what was recorded with it, and the columns of its whitened residual for the sites that a scan varies.
 #[derive(Clone)]
-pub(crate) struct Circumstance {
+pub(crate) struct SampleContext {
     /// First scalar residual, and their number: three, or one for a distance, or six for a pose.
     pub first_row: usize,
     pub height: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Circumstance {
     pub tool: [Vector6<f64>; 3],
 }
 
-impl Circumstance {
+impl SampleContext {
     /// Rescales the whitened columns for noise larger by `1 / weight`.
     pub(crate) fn scale(&mut self, weight: f64) {
         self.joints.iter_mut().chain(&mut self.base).chain(&mut self.tool).for_each(|column| *column *= weight);
@@ -50,19 +50,19 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Problem::new`].
-    pub(crate) fn as_long_as(
+    pub(crate) fn with_session_durations_of(
         other: &Problem,
         datasets: &[NamedDataset<'_>],
         model: &Model,
         which: Use,
     ) -> Result<Self, ProblemError> {
         let mut assembly = Assembly::new(datasets, model, which)?;
-        assembly.last_as_long_as(&other.setups);
+        assembly.take_session_durations_of(&other.setups);
         assembly.problem()
     }
 
     /// Circumstances of every sample, the arm posed according to `values`.
-    pub(crate) fn circumstances(&self, values: &[f64]) -> Vec<Circumstance> {
+    pub(crate) fn contexts(&self, values: &[f64]) -> Vec<SampleContext> {
         let n = self.robot.joints();
         let mut work = Workspace::new(&self.robot);
         let mut loads = Loads::new(n);
@@ -91,7 +91,7 @@ impl Problem {
             let cell = &self.cells[row.cell];
             loads.compute(&self.robot, &work.posture, row.payload(cell), &setup.gravity, &Vector3::zeros());
             row.load_further(cell, &work.posture, &mut loads);
-            Circumstance {
+            SampleContext {
                 first_row: row.first_row,
                 height: row.height(),
                 positions: row.positions(),

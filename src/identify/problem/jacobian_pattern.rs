@@ -14,7 +14,7 @@ pub(super) struct JacobianPattern {
 }
 
 /// The moves found for a sample's TCP, compared with the expected pattern.
-pub(super) struct Term<'a> {
+pub(super) struct TermCollector<'a> {
     pub sites: SiteIndex,
     pub pattern: &'a [JacobianPattern],
     pub weights: Vec<f64>,
@@ -22,7 +22,7 @@ pub(super) struct Term<'a> {
     pub other: Option<Vec<JacobianPattern>>,
 }
 
-impl Term<'_> {
+impl TermCollector<'_> {
     #[inline]
     fn is_expected(&self, parameter: usize, site: Site, constant: bool) -> bool {
         let same = |moves: &JacobianPattern| moves.parameter == parameter && moves.site == site && moves.constant == constant;

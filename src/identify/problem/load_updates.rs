@@ -159,9 +159,9 @@ impl Problem {
             let (setup, cell) = (&self.setups[row.setup], &self.cells[row.cell]);
             let posture = LanePosture { postures: batch.postures(), lane };
             all.put_into(lane, weights, loads);
-            let mut scale = EvaluationContext { robot: &self.robot, setup, posture: &posture, compliance, sample, loads };
+            let mut context = EvaluationContext { robot: &self.robot, setup, posture: &posture, compliance, sample, loads };
             let expected = patterns.get(terms.pattern).map_or(&[][..], Vec::as_slice);
-            others[lane] = row.weigh_moves(cell, &mut scale, expected, &mut terms.weights);
+            others[lane] = row.weighted_terms(cell, &mut context, expected, &mut terms.weights);
         }
         others
     }

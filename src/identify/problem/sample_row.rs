@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::Setup;
 use super::cell::Cell;
-use super::jacobian_pattern::{JacobianPattern, Term};
+use super::jacobian_pattern::{JacobianPattern, TermCollector};
 use super::orientation::{OrientationPart, SeenOrientation, stated};
 use crate::effects::situation::{Kind, Situation};
 use crate::measure::dataset::{Measured, Sample};
@@ -71,7 +71,7 @@ pub(super) struct SampleRow {
 }
 
 impl SampleRow {
-    /// A sample of set-up `setup`, with its moves still to be found.
+    /// A sample of set-up `setup`, with its terms still to be collected.
     pub fn new(cells: &[Cell], cell: usize, setup: usize, first_row: usize, sample: &Sample) -> Self {
         let mut row = SampleRow {
             cell,
@@ -125,7 +125,7 @@ impl SampleRow {
         self.sigma.is_some()
     }
 
-    /// True if a sample measures the same thing as this one, with the same circumstances recorded.
+    /// True if a sample measures the same thing as this one, with the same conditions recorded.
     pub fn is_like(&self, sample: &Sample) -> bool {
         let (ball, anchor) = aims(&sample.measured);
         ball == self.ball
@@ -229,21 +229,21 @@ impl SampleRow {
         self.orientation.as_ref().map_or(0.0, |o| o.lever(self.sigma.unwrap_or(UNSTATED_SIGMA)))
     }
 
-    /// Computes the weight of each parameter that moves the TCP in the situation of this sample; returns its moves if they
+    /// Computes the weight of each parameter that moves the TCP in the situation of this sample; returns its terms if they
     /// differ from `pattern`.
-    pub fn weigh_moves(
+    pub fn weighted_terms(
         &self,
         cell: &Cell,
-        scale: &mut EvaluationContext<'_>,
+        context: &mut EvaluationContext<'_>,
         pattern: &[JacobianPattern],
         into: &mut Vec<f64>,
     ) -> Option<Vec<JacobianPattern>> {
         let mut weights = std::mem::take(into);
         weights.clear();
         weights.reserve(pattern.len());
-        let mut found = Term { sites: SiteIndex::new(scale.robot.joints()), pattern, weights, other: None };
-        self.find_moves(cell, scale, &mut found);
-        let Term { weights, mut other, .. } = found;
+        let mut terms = TermCollector { sites: SiteIndex::new(context.robot.joints()), pattern, weights, other: None };
+        self.collect_terms(cell, context, &mut terms);
+        let TermCollector { weights, mut other, .. } = terms;
         if other.is_none() && weights.len() < pattern.len() {
             other = Some(pattern[..weights.len()].to_vec());
         }
@@ -277,8 +277,8 @@ impl SampleRow {
         self.time_s
     }
 
-    fn find_moves(&self, cell: &Cell, scale: &mut EvaluationContext<'_>, found: &mut Term<'_>) {
-        let EvaluationContext { robot, setup, posture, compliance, sample, loads } = scale;
+    fn collect_terms(&self, cell: &Cell, context: &mut EvaluationContext<'_>, terms: &mut TermCollector<'_>) {
+        let EvaluationContext { robot, setup, posture, compliance, sample, loads } = context;
         self.load_further(cell, *posture, loads);
         let (kind, target) = match self.target {
             Target::Distance { .. } => (Kind::Distance, None),
@@ -306,10 +306,10 @@ impl SampleRow {
         for placed in &cell.effects {
             let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];
             match placed.effect.constant() {
-                Some(terms) => found.add_constant(first, terms),
+                Some(constant) => terms.add_constant(first, constant),
                 None => placed.effect.terms(&situation, &mut |k, site, weight| {
                     if weight != 0.0 {
-                        found.add(first + k, site, weight, false);
+                        terms.add(first + k, site, weight, false);
                     }
                 }),
             }

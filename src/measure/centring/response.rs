@@ -28,7 +28,7 @@ pub(super) enum Response {
 const UNEXPLAINED: f64 = 0.2;
 
 /// Readings before and after a step, m, tool axes.
-pub(super) struct Answer<'a> {
+pub(super) struct StepResponse<'a> {
     pub trical: &'a TriCal,
     /// Reading of each indicator without contact, m.
     pub free_reading: &'a [f64; 3],
@@ -38,7 +38,7 @@ pub(super) struct Answer<'a> {
     pub after: &'a Vector3<f64>,
 }
 
-impl Answer<'_> {
+impl StepResponse<'_> {
     /// The likeliest cause.
     pub fn response(&self) -> Response {
         let (step, change) = (self.step, self.after - self.before);
@@ -110,7 +110,7 @@ mod tests {
     fn answered(h: Matrix3<f64>, mm: f64) -> Response {
         let (trical, free_reading) = (TriCal::PAPER, [TriCal::PAPER.free_reading(); 3]);
         let step = Vector3::new(1.0, -2.0, 0.7) * mm * MM;
-        let answer = |after| Answer { trical: &trical, free_reading: &free_reading, before: &step, step: &step, after };
+        let answer = |after| StepResponse { trical: &trical, free_reading: &free_reading, before: &step, step: &step, after };
         let after = answer(&step).shown(&(step - h * step));
         answer(&after).response()
     }

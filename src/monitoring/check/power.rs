@@ -79,7 +79,7 @@ pub enum Quantity {
 
 /// The smallest change of one condition that the samples of a check show.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
+pub struct SmallestDetectable {
     /// The condition.
     pub condition: Condition,
     /// Unit of its change.
@@ -100,7 +100,7 @@ pub struct Smallest {
 
 /// The smallest change of every condition that has a size, at the samples of a check and under their noise; `columns` are those
 /// of the evidence.
-pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, robot: &Robot) -> Vec<Shown> {
+pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, robot: &Robot) -> Vec<SmallestDetectable> {
     let of = |(index, (condition, matrix)): (usize, &(Condition, DMatrix<f64>))| {
         let quantity = match condition {
             Condition::Valid | Condition::SingleSample(_) | Condition::Recalibrate => return None,
@@ -113,7 +113,7 @@ pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, 
         let matrix = matrix.columns(0, matrix.ncols().min(3)).into_owned();
         let smallest = least_seen(&matrix).and_then(|displaced| smallest(evidence, index, &displaced));
         let largest = if quantity == Quantity::Mass { LARGEST_MASS } else { LARGEST_CHANGE };
-        Some(Shown { condition: condition.clone(), quantity, smallest: smallest.filter(|s| s.change <= largest) })
+        Some(SmallestDetectable { condition: condition.clone(), quantity, smallest: smallest.filter(|s| s.change <= largest) })
     };
     columns.iter().enumerate().filter_map(of).collect()
 }

@@ -83,12 +83,12 @@ pub(super) struct Explained {
 impl Products {
     /// From an examination; `run_of_setup` is the run of each set-up, `curves` the candidates that are error curves.
     pub fn new(examination: &Examination, run_of_setup: &[usize], curves: std::ops::Range<usize>) -> Products {
-        let Examination { rows, fitted, circumstances, problem, fit, .. } = examination;
+        let Examination { rows, fitted, contexts, problem, fit, .. } = examination;
         let runs = run_of_setup.iter().max().map_or(0, |r| r + 1);
         let mut of: Vec<Vec<usize>> = vec![Vec::new(); PARTS * runs + 1];
         let mut part_of = vec![PARTS * runs; rows.ncols()];
         for run in 0..runs {
-            let own: Vec<_> = circumstances.iter().filter(|at| run_of_setup[at.setup] == run).collect();
+            let own: Vec<_> = contexts.iter().filter(|at| run_of_setup[at.setup] == run).collect();
             let joints: Vec<&[f64]> = own.iter().map(|at| at.q.as_slice()).collect();
             let postures = Postures::of_joints(&joints, &vec![0; own.len()]);
             let halves = postures.blocks(&joints, PARTS, SEED);
@@ -106,13 +106,13 @@ impl Products {
         let mut of_part: Vec<DMatrix<f64>> = of.iter().map(product).collect();
         let others = of_part.pop().unwrap_or_else(|| unreachable!("one more than there are halves"));
         let of_run = of_part.chunks(PARTS).map(|parts| parts.iter().sum()).collect();
-        let weight2 = examination.yardstick.weight().powi(2);
+        let weight2 = examination.noise_scale.weight().powi(2);
         let prior = |p: &usize| weight2 * problem.parameters()[*p].knowledge.information();
         let information: Vec<f64> = fit.kept.iter().map(prior).collect();
         Products {
             counts: of[..PARTS * runs]
                 .chunks(PARTS)
-                .map(|parts| parts.iter().map(Vec::len).sum::<usize>() as f64 / examination.yardstick.repetition)
+                .map(|parts| parts.iter().map(Vec::len).sum::<usize>() as f64 / examination.noise_scale.repetition)
                 .collect(),
             of_run,
             of_part,

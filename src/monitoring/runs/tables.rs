@@ -274,16 +274,16 @@ impl Tables<'_> {
     pub fn runs(&self) -> Vec<RunOfRobot> {
         let Examination { problem, fit, .. } = &self.look.examination;
         let residuals = problem.residuals(&fit.values);
-        let circumstances = &self.look.examination.circumstances;
+        let contexts = &self.look.examination.contexts;
         let of = |(k, NamedDataset { name, dataset }): (usize, &NamedDataset<'_>)| {
-            let own: Vec<_> = circumstances
+            let own: Vec<_> = contexts
                 .iter()
                 .zip(&residuals)
                 .filter(|(at, _)| problem.setups()[at.setup].dataset == *name)
                 .map(|(_, r)| *r)
                 .collect();
             let judged = Postures::of(&[NamedDataset::new(name, dataset)], |s| crate::identify::problem::Use::Fit.takes(s));
-            let weight = self.look.examination.yardstick.weight();
+            let weight = self.look.examination.noise_scale.weight();
             let unit = (self.look.examination.mean_variance() / 3.0).sqrt() / weight;
             RunOfRobot {
                 name: (*name).into(),

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::linear_model::{Kind, Outer};
-use crate::identify::problem::Circumstance;
+use crate::identify::problem::SampleContext;
 use crate::units::URAD;
 
 /// Bands of orders per turn; each band has one size.
@@ -61,16 +61,16 @@ pub(super) struct JointErrors {
 }
 
 impl JointErrors {
-    /// Shapes that have an effect at `circumstances`; without curves if the model contains them.
-    pub fn of(circumstances: &[Circumstance], has_curves: bool) -> Self {
-        let joints = circumstances.first().map_or(0, |c| c.joints.len());
-        let moves = |j: usize| circumstances.iter().map(|c| c.joints[j].norm()).fold(0.0, f64::max);
+    /// Shapes that have an effect at `contexts`; without curves if the model contains them.
+    pub fn of(contexts: &[SampleContext], has_curves: bool) -> Self {
+        let joints = contexts.first().map_or(0, |c| c.joints.len());
+        let moves = |j: usize| contexts.iter().map(|c| c.joints[j].norm()).fold(0.0, f64::max);
         let most = (0..joints).map(moves).fold(0.0, f64::max);
         let moving: Vec<usize> = (0..joints).filter(|&j| moves(j) > 1e-6 * most).collect();
-        let bands = if circumstances.len() < FOR_HIGH_ORDERS { 1 } else { BANDS.len() };
+        let bands = if contexts.len() < FOR_HIGH_ORDERS { 1 } else { BANDS.len() };
         let of_joint = |&j: &usize| BANDS[..bands].iter().map(move |band| (j, band.clone()));
         let curves = if has_curves { Vec::new() } else { moving.iter().flat_map(of_joint).collect() };
-        let mean_square = |j: usize| circumstances.iter().map(|c| c.tau[j].powi(2)).sum::<f64>() / circumstances.len() as f64;
+        let mean_square = |j: usize| contexts.iter().map(|c| c.tau[j].powi(2)).sum::<f64>() / contexts.len() as f64;
         let load: Vec<f64> = (0..joints).map(|j| mean_square(j).sqrt()).collect();
         let mut random = ChaCha8Rng::seed_from_u64(0);
         let mut wave = |length: f64| {
@@ -100,22 +100,22 @@ impl JointErrors {
     }
 
     /// The columns of all shapes at plausible size, joint by joint; the first one has the index `first`, in the order of
-    /// [`groups`](Self::groups). The `rows` are those of the circumstances in order, whitened in the same way, and others after
+    /// [`groups`](Self::groups). The `rows` are those of the contexts in order, whitened in the same way, and others after
     /// them, which no shape moves.
-    pub fn factors(&self, circumstances: &[Circumstance], first: usize, rows: usize) -> Vec<Outer> {
+    pub fn factors(&self, contexts: &[SampleContext], first: usize, rows: usize) -> Vec<Outer> {
         let mut joints = Vec::new();
-        circumstances.iter().take(1).for_each(|at| self.errors(at, &mut |j, _| joints.push(j)));
+        contexts.iter().take(1).for_each(|at| self.errors(at, &mut |j, _| joints.push(j)));
         let mut own = joints.clone();
         own.sort_unstable();
         own.dedup();
         let of_joint = |&j: &usize| {
             let columns: Vec<usize> = (0..joints.len()).filter(|&c| joints[c] == j).map(|c| first + c).collect();
-            Outer { lever: DVector::zeros(rows), shapes: DMatrix::zeros(circumstances.len(), columns.len()), columns }
+            Outer { lever: DVector::zeros(rows), shapes: DMatrix::zeros(contexts.len(), columns.len()), columns }
         };
         let mut outers: Vec<Outer> = own.iter().map(of_joint).collect();
         let mut row = 0;
         let mut sizes = Vec::with_capacity(joints.len());
-        for (s, at) in circumstances.iter().enumerate() {
+        for (s, at) in contexts.iter().enumerate() {
             sizes.clear();
             self.errors(at, &mut |_, size| sizes.push(size));
             for (Outer { lever, shapes, columns }, &j) in outers.iter_mut().zip(&own) {
@@ -127,8 +127,8 @@ impl JointErrors {
         outers
     }
 
-    /// Passes the error of each shape in these circumstances to `each`: the joint, and its angle error, rad.
-    fn errors(&self, at: &Circumstance, each: &mut dyn FnMut(usize, f64)) {
+    /// Passes the error of each shape in this context to `each`: the joint, and its angle error, rad.
+    fn errors(&self, at: &SampleContext, each: &mut dyn FnMut(usize, f64)) {
         for (j, band) in &self.curves {
             let unit = ORDINARY / (band.clone().count() as f64).sqrt();
             for order in band.clone() {

@@ -7,7 +7,7 @@
 use super::layout::Layout;
 use super::standout::{Standout, Subject};
 use crate::residuals::noise_floor::{NoiseFloor, fisher_chance};
-use crate::residuals::views::{Scores, Taken, ViewTest};
+use crate::residuals::views::{ScoreReduction, Scores, ViewTest};
 
 /// Level of the tests for findings, lack of fit and views, for each kind separately.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -36,12 +36,12 @@ impl Judge<'_> {
     }
 
     /// Tests a view with this contribution, one of `family` views of its kind.
-    pub fn test(&self, scores: &Scores, taken: &Taken, family: f64) -> ViewTest {
-        let (squares, dof) = (taken.squares, taken.dof as f64);
+    pub fn test(&self, scores: &Scores, reduction: &ScoreReduction, family: f64) -> ViewTest {
+        let (squares, dof) = (reduction.squares, reduction.dof as f64);
         let unit = self.unit(scores);
         let beyond = scores.dof - dof;
         let rest = (scores.squares - squares).max(0.0);
-        let p = if taken.dof == 0 {
+        let p = if reduction.dof == 0 {
             1.0
         } else {
             // A model error is the same in all replicates of a posture (Kish's design effect); noise is not.
@@ -59,7 +59,7 @@ impl Judge<'_> {
         let by_chance = if beyond >= 1.0 { dof * rest / beyond } else { squares };
         ViewTest {
             chi2: if unit > 0.0 { squares / (unit * unit) } else { 0.0 },
-            dof: taken.dof,
+            dof: reduction.dof,
             p_family: (p * family).min(1.0),
             explains: if scores.squares > 0.0 { ((squares - by_chance) / scores.squares).clamp(0.0, 1.0) } else { 0.0 },
         }
@@ -73,10 +73,10 @@ impl Judge<'_> {
 
     /// Gain of a view by the Bayesian information criterion: twice the gain in log likelihood minus the penalty for its
     /// degrees of freedom.
-    pub fn gain(&self, scores: &Scores, taken: &Taken) -> f64 {
-        let dof = taken.dof as f64;
+    pub fn gain(&self, scores: &Scores, reduction: &ScoreReduction) -> f64 {
+        let dof = reduction.dof as f64;
         let floor = self.noise.level.map_or(0.0, |l| l.relative * l.relative * (scores.dof - dof).max(0.0));
-        let rest = (scores.squares - taken.squares).max(floor).max(f64::MIN_POSITIVE);
+        let rest = (scores.squares - reduction.squares).max(floor).max(f64::MIN_POSITIVE);
         scores.dof * (scores.squares.max(f64::MIN_POSITIVE) / rest).ln() - dof * scores.dof.max(1.0).ln()
     }
 }
@@ -92,28 +92,29 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
     while found.len() < MOST {
         let mut best: Option<([f64; 2], Standout, &[usize])> = None;
         for (subject, patterns, level) in candidates.iter().filter(|(s, _, _)| found.iter().all(|f| f.subject != *s)) {
-            let taken = match level {
-                Some(level) => now.taken_beyond(patterns, *level),
-                None => now.taken(patterns),
+            let reduction = match level {
+                Some(level) => now.reduction_beyond(patterns, *level),
+                None => now.reduction(patterns),
             };
             let places = if scanned(*subject) { judge.samples as f64 } else { 1.0 };
-            let mut test = judge.test(&now, &taken, family * places);
+            let mut test = judge.test(&now, &reduction, family * places);
             // The share refers to the whole residual, not to what the findings before it leave.
             test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
             // Several views may each leave no more than the noise: then the one that takes away most counts.
-            let gain = [judge.gain(&now, &taken) - 2.0 * places.ln(), taken.squares];
+            let gain = [judge.gain(&now, &reduction) - 2.0 * places.ln(), reduction.squares];
             // What other views leave is small where they take much; a sample is accused only if it disagrees with the others
             // as they were measured, too.
-            let as_measured =
-                || !scanned(*subject) || judge.test(scores, &scores.taken(patterns), family * places).p_family < SIGNIFICANCE;
+            let as_measured = || {
+                !scanned(*subject) || judge.test(scores, &scores.reduction(patterns), family * places).p_family < SIGNIFICANCE
+            };
             let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains) && as_measured();
             if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);
-                let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();
+                let sigmas = (0..patterns.len()).map(|i| unit * reduction.covariance[(i, i)].max(0.0).sqrt()).collect();
                 // The TCP follows a displaced ball: the residual, stated ball position minus TCP, is the negative
                 // displacement.
                 let sign = if matches!(subject, Subject::Ball(_)) { -1.0 } else { 1.0 };
-                let sizes = taken.sizes.iter().map(|x| sign * x).collect();
+                let sizes = reduction.sizes.iter().map(|x| sign * x).collect();
                 best = Some((gain, Standout { subject: *subject, test, sizes, sigmas, effects: Vec::new() }, patterns));
             }
         }

@@ -7,7 +7,7 @@ use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise_floor::NoiseFloor;
-use crate::residuals::views::{Beforehand, Whitened};
+use crate::residuals::views::{PriorKnowledge, Whitened};
 
 /// Samples are taken as those of the fit if the best step from the calibration is shorter than this, in units of the
 /// noise. A fit converges to 1e-8, or to 1e-3 at worst if loads depend on its values, and files keep fifteen digits;
@@ -38,30 +38,30 @@ pub(super) fn of(
     datasets: &[NamedDataset<'_>],
     which: Use,
     noise: &NoiseFloor,
-) -> (FitRelation, Beforehand) {
+) -> (FitRelation, PriorKnowledge) {
     let Application { problem, values, refitted, from_fit_rows, .. } = application;
     let as_fitted = as_fitted(application);
     let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
     let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|d| named(d.dataset));
     let under_another_name = calibration.fitted_rows.share(datasets, which).is_some_and(|share| share > 0.5);
-    let beforehand = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted) {
+    let known = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted) {
         as_fitted
     } else {
         as_predicted(calibration, application, noise)
     };
     let names = |list: &[usize]| list.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
     let fit_relation = FitRelation {
-        fitted: beforehand.fitted,
-        absorbed: beforehand.parameters.len() - beforehand.informed.len(),
-        held: beforehand.informed.len(),
+        fitted: known.fitted,
+        absorbed: known.parameters.len() - known.informed.len(),
+        held: known.informed.len(),
         refitted: names(refitted),
         from_fit_rows: names(from_fit_rows),
     };
-    (fit_relation, beforehand)
+    (fit_relation, known)
 }
 
-fn is_best(problem: &crate::identify::problem::Problem, values: &[f64], beforehand: &Beforehand) -> bool {
-    let whitened = Whitened::new(problem, values, beforehand);
+fn is_best(problem: &crate::identify::problem::Problem, values: &[f64], known: &PriorKnowledge) -> bool {
+    let whitened = Whitened::new(problem, values, known);
     let unit = if problem.noise_stated() { 1.0 } else { (whitened.squares / whitened.dof.max(1.0)).sqrt() };
     whitened.dof > 0.0 && whitened.step_left() < NO_STEP * unit
 }
@@ -72,7 +72,7 @@ fn stated(application: &Application, p: usize) -> Option<f64> {
 }
 
 /// Knowledge if the calibration was fitted to these samples: parameters are free, except for their priors.
-fn as_fitted(application: &Application) -> Beforehand {
+fn as_fitted(application: &Application) -> PriorKnowledge {
     let Application { problem, values, estimates, refitted, from_fit_rows } = application;
     let free = |p: &usize| estimates[*p].is_some() || refitted.contains(p) || from_fit_rows.contains(p);
     let parameters: Vec<usize> = (0..problem.parameters().len()).filter(free).collect();
@@ -81,12 +81,12 @@ fn as_fitted(application: &Application) -> Beforehand {
     let covariance = DMatrix::from_diagonal(&DVector::from_iterator(informed.len(), variances));
     let mut deviation = DVector::zeros(parameters.len());
     informed.iter().for_each(|&i| deviation[i] = values[parameters[i]]);
-    Beforehand { parameters, deviation, informed, covariance, fitted: true }
+    PriorKnowledge { parameters, deviation, informed, covariance, fitted: true }
 }
 
 /// Knowledge if the calibration predicts these samples: its parameters with their covariance; those of set-ups that it
 /// does not contain are free.
-fn as_predicted(calibration: &Calibration, application: &Application, noise: &NoiseFloor) -> Beforehand {
+fn as_predicted(calibration: &Calibration, application: &Application, noise: &NoiseFloor) -> PriorKnowledge {
     let Application { problem, estimates, refitted, from_fit_rows, .. } = application;
     let free = |p: &usize| refitted.contains(p) || from_fit_rows.contains(p);
     let sigma = |p: usize| match estimates[p] {
@@ -111,5 +111,5 @@ fn as_predicted(calibration: &Calibration, application: &Application, noise: &No
         };
         correlation * sigma(a).unwrap_or(0.0) * sigma(b).unwrap_or(0.0) / unit
     });
-    Beforehand { deviation: DVector::zeros(parameters.len()), parameters, informed, covariance, fitted: false }
+    PriorKnowledge { deviation: DVector::zeros(parameters.len()), parameters, informed, covariance, fitted: false }
 }

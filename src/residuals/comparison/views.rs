@@ -8,7 +8,7 @@ use crate::identify::problem::Setup;
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::views::{
-    BallView, JointBin, JointCurve, JointOffset, Scores, SeenSample, SetupView, Taken, ToolView, ViewTest, WorldView,
+    BallView, JointBin, JointCurve, JointOffset, ScoreReduction, Scores, SeenSample, SetupView, ToolView, ViewTest, WorldView,
     WorstSample, remarks,
 };
 use crate::robot::Robot;
@@ -53,7 +53,7 @@ impl Views<'_> {
         let (tool, base) = (self.layout.tool(setup), self.layout.base(setup));
         let (mean, motion) = (self.means(&tool), self.means(&base));
         let shift = self.means(&base[..3]);
-        let test = |patterns: &[usize]| self.judge.test(self.scores, &self.scores.taken(patterns), family);
+        let test = |patterns: &[usize]| self.judge.test(self.scores, &self.scores.reduction(patterns), family);
         let (translation, rotation) = (three(&motion.values, 0), three(&motion.values, 3));
         let after = |s: &SeenSample<'_>| {
             let moved = translation + rotation.cross(&s.from_base);
@@ -106,14 +106,14 @@ impl Views<'_> {
         let one = |(k, &BallOf { dataset: d, ball: b }): (usize, &BallOf)| {
             let patterns = self.layout.ball(k);
             let own = || self.seen.iter().filter(move |s| s.dataset == d && s.ball() == Some(b));
-            let (mean, taken) = (self.means(&patterns), self.scores.taken(&patterns));
+            let (mean, reduction) = (self.means(&patterns), self.scores.reduction(&patterns));
             let samples = own().count();
             let sigma = self.judge.unit(self.scores);
             // The arm was centred on the ball, so the TCP was at the true position of the ball, whereas the residual is
             // stated position minus TCP: the displacement has the opposite sign.
-            let displacement = |taken: &Taken| {
-                let sigma = Vector3::from_fn(|i, _| sigma * taken.covariance[(i, i)].max(0.0).sqrt());
-                [Vector3::from_fn(|i, _| -taken.sizes[i]), sigma]
+            let displacement = |reduction: &ScoreReduction| {
+                let sigma = Vector3::from_fn(|i, _| sigma * reduction.covariance[(i, i)].max(0.0).sqrt());
+                [Vector3::from_fn(|i, _| -reduction.sizes[i]), sigma]
             };
             BallView {
                 dataset: datasets[d].name.to_owned(),
@@ -122,8 +122,8 @@ impl Views<'_> {
                 rms: rms(&own().map(|s| s.residual).collect::<Vec<_>>()),
                 mean: Vector3::from_column_slice(&mean.values),
                 sigma: Vector3::from_column_slice(&mean.sigmas),
-                displacement: (self.fitted && taken.dof == 3).then(|| displacement(&taken)),
-                test: self.judge.test(self.scores, &taken, self.layout.balls.len() as f64),
+                displacement: (self.fitted && reduction.dof == 3).then(|| displacement(&reduction)),
+                test: self.judge.test(self.scores, &reduction, self.layout.balls.len() as f64),
             }
         };
         self.layout.balls.iter().enumerate().map(one).collect()
@@ -133,7 +133,7 @@ impl Views<'_> {
         let one = |(k, &j): (usize, &usize)| {
             let level = [self.layout.level(k)];
             let mean = self.means(&level);
-            let test = self.judge.test(self.scores, &self.scores.taken(&level), self.layout.joints.len() as f64);
+            let test = self.judge.test(self.scores, &self.scores.reduction(&level), self.layout.joints.len() as f64);
             JointOffset { joint: j + 1, mean: mean.values[0], sigma: mean.sigmas[0], test }
         };
         self.layout.joints.iter().enumerate().map(one).collect()
@@ -145,7 +145,7 @@ impl Views<'_> {
         let one = |(c, curve): (usize, &Curve)| {
             let patterns = self.layout.curve(c);
             let scale = curve.against.unit().1;
-            let taken = self.scores.taken_beyond(&patterns, self.layout.level_of(curve.joint));
+            let reduction = self.scores.reduction_beyond(&patterns, self.layout.level_of(curve.joint));
             let bin = |b: usize| {
                 let mean = self.means(&patterns[b..=b]);
                 let [x, from, to] = curve.bins.x[b].map(|x| x / scale);
@@ -155,7 +155,7 @@ impl Views<'_> {
                 joint: curve.joint + 1,
                 against: curve.against,
                 bins: (0..patterns.len()).map(bin).collect(),
-                test: self.judge.test(self.scores, &taken, family),
+                test: self.judge.test(self.scores, &reduction, family),
             };
             (c, shown)
         };
@@ -178,7 +178,7 @@ impl Views<'_> {
                 setup: s.setup,
                 residual: s.residual,
                 normalised: (squares / dof.max(1) as f64).sqrt() / unit,
-                test: self.judge.test(self.scores, &self.scores.taken(&self.layout.worst(w)), self.seen.len() as f64),
+                test: self.judge.test(self.scores, &self.scores.reduction(&self.layout.worst(w)), self.seen.len() as f64),
                 remarks: remarks(self.robot, self.seen, place),
             }
         };

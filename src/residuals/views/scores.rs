@@ -19,7 +19,7 @@ const SEEN: f64 = 1e-4;
 const RIDGE: f64 = 1e-12;
 
 /// Prior knowledge of the model's parameters, from other sources than these rows.
-pub(crate) struct Beforehand {
+pub(crate) struct PriorKnowledge {
     /// Indices in the problem of the parameters that may have absorbed part of the residuals.
     pub parameters: Vec<usize>,
     /// Their deviations from the prior means, SI.
@@ -63,8 +63,8 @@ fn information(covariance: &DMatrix<f64>) -> DMatrix<f64> {
 
 impl Whitened {
     /// Whitens the residuals at `values` of the problem's parameters.
-    pub fn new(problem: &Problem, values: &[f64], beforehand: &Beforehand) -> Self {
-        let Beforehand { parameters, deviation, informed, covariance, .. } = beforehand;
+    pub fn new(problem: &Problem, values: &[f64], known: &PriorKnowledge) -> Self {
+        let PriorKnowledge { parameters, deviation, informed, covariance, .. } = known;
         let (p, rows) = (parameters.len(), problem.row_count());
         let transposed = problem.whitened(values, parameters);
         let mut normal = DMatrix::zeros(p + 1, p + 1);
@@ -167,7 +167,7 @@ pub(crate) struct Scores {
 
 /// Reduction of the residual sum of squares by a group of patterns.
 #[derive(Debug, Clone)]
-pub(crate) struct Taken {
+pub(crate) struct ScoreReduction {
     pub squares: f64,
     pub dof: usize,
     /// Sizes of the patterns that cause it (minimum norm).
@@ -181,7 +181,7 @@ impl Scores {
     /// the first row and height of each.
     pub fn new(
         whitened: &Whitened,
-        beforehand: &Beforehand,
+        known: &PriorKnowledge,
         samples: &[(usize, usize)],
         count: usize,
         show: &mut dyn FnMut(usize, &mut Patterns),
@@ -216,12 +216,12 @@ impl Scores {
             }
         }
         let k = &own - along.tr_mul(&along);
-        let plain_covariance = if beforehand.fitted { k.clone() } else { whitened.plain_covariance(&own, &along, beforehand) };
+        let plain_covariance = if known.fitted { k.clone() } else { whitened.plain_covariance(&own, &along, known) };
         Scores { z, k, own, plain, plain_covariance, squares: whitened.squares, dof: whitened.dof }
     }
 
     /// Computes the reduction by these patterns.
-    pub fn taken(&self, patterns: &[usize]) -> Taken {
+    pub fn reduction(&self, patterns: &[usize]) -> ScoreReduction {
         let n = patterns.len();
         let unit = DVector::from_fn(n, |i, _| {
             let own = self.own[(patterns[i], patterns[i])];
@@ -230,52 +230,52 @@ impl Scores {
         let k = DMatrix::from_fn(n, n, |i, j| self.k[(patterns[i], patterns[j])] * unit[i] * unit[j]);
         let z = DVector::from_fn(n, |i, _| self.z[patterns[i]] * unit[i]);
         let eigen = SymmetricEigen::new(k);
-        let mut taken = Taken { squares: 0.0, dof: 0, sizes: DVector::zeros(n), covariance: DMatrix::zeros(n, n) };
+        let mut reduction = ScoreReduction { squares: 0.0, dof: 0, sizes: DVector::zeros(n), covariance: DMatrix::zeros(n, n) };
         for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).filter(|(v, _)| **v > SEEN) {
             let score = direction.dot(&z);
-            taken.squares += score * score / value;
-            taken.dof += 1;
-            taken.sizes += direction * (score / value);
-            taken.covariance += direction * direction.transpose() / *value;
+            reduction.squares += score * score / value;
+            reduction.dof += 1;
+            reduction.sizes += direction * (score / value);
+            reduction.covariance += direction * direction.transpose() / *value;
         }
-        taken.sizes.component_mul_assign(&unit);
+        reduction.sizes.component_mul_assign(&unit);
         for i in 0..n {
             for j in 0..n {
-                taken.covariance[(i, j)] *= unit[i] * unit[j];
+                reduction.covariance[(i, j)] *= unit[i] * unit[j];
             }
         }
-        taken
+        reduction
     }
 
     /// Computes the reduction by these patterns beyond that by `level` alone, which lies in their span.
-    pub fn taken_beyond(&self, patterns: &[usize], level: usize) -> Taken {
-        let (all, level) = (self.taken(patterns), self.taken(&[level]));
-        Taken { squares: (all.squares - level.squares).max(0.0), dof: all.dof.saturating_sub(level.dof), ..all }
+    pub fn reduction_beyond(&self, patterns: &[usize], level: usize) -> ScoreReduction {
+        let (all, level) = (self.reduction(patterns), self.reduction(&[level]));
+        ScoreReduction { squares: (all.squares - level.squares).max(0.0), dof: all.dof.saturating_sub(level.dof), ..all }
     }
 
     /// Treats patterns as part of the model: the part that other patterns share with them no longer counts for those.
     pub fn give(&mut self, patterns: &[usize]) {
-        let taken = self.taken(patterns);
+        let reduction = self.reduction(patterns);
         let across = DMatrix::from_fn(self.z.len(), patterns.len(), |i, j| self.k[(i, patterns[j])]);
-        self.z -= &across * &taken.sizes;
-        self.k -= &across * &taken.covariance * across.transpose();
-        self.squares = (self.squares - taken.squares).max(0.0);
-        self.dof -= taken.dof as f64;
+        self.z -= &across * &reduction.sizes;
+        self.k -= &across * &reduction.covariance * across.transpose();
+        self.squares = (self.squares - reduction.squares).max(0.0);
+        self.dof -= reduction.dof as f64;
     }
 }
 
 impl Whitened {
     /// Covariance of `Aᵀ r` for rows to which the informed parameters were not fitted: the noise that remains after the
     /// free ones are fitted, and the uncertainty of the informed ones.
-    fn plain_covariance(&self, own: &DMatrix<f64>, along: &DMatrix<f64>, beforehand: &Beforehand) -> DMatrix<f64> {
-        let p = beforehand.parameters.len();
-        let free: Vec<usize> = (0..p).filter(|i| !beforehand.informed.contains(i)).collect();
+    fn plain_covariance(&self, own: &DMatrix<f64>, along: &DMatrix<f64>, known: &PriorKnowledge) -> DMatrix<f64> {
+        let p = known.parameters.len();
+        let free: Vec<usize> = (0..p).filter(|i| !known.informed.contains(i)).collect();
         let mut crossed = &self.lower * along;
         for (mut row, scale) in crossed.row_iter_mut().zip(self.scale.iter()) {
             row /= if *scale > 0.0 { *scale } else { 1.0 };
         }
         let pick = |m: &DMatrix<f64>, rows: &[usize]| DMatrix::from_fn(rows.len(), m.ncols(), |i, c| m[(rows[i], c)]);
-        let (by_free, mut by_informed) = (pick(&crossed, &free), pick(&crossed, &beforehand.informed));
+        let (by_free, mut by_informed) = (pick(&crossed, &free), pick(&crossed, &known.informed));
         let mut covariance = own.clone();
         if !free.is_empty() {
             let scale = DVector::from_fn(free.len(), |i, _| self.scale[free[i]]);
@@ -286,12 +286,12 @@ impl Whitened {
                 let scaled = DMatrix::from_fn(free.len(), own.ncols(), |i, c| by_free[(i, c)] * scale[i]);
                 let solved = factor.solve(&scaled);
                 covariance -= scaled.tr_mul(&solved);
-                let shared = DMatrix::from_fn(beforehand.informed.len(), free.len(), |i, k| {
-                    self.normal[(beforehand.informed[i], free[k])] * scale[k]
+                let shared = DMatrix::from_fn(known.informed.len(), free.len(), |i, k| {
+                    self.normal[(known.informed[i], free[k])] * scale[k]
                 });
                 by_informed -= shared * solved;
             }
         }
-        covariance + by_informed.tr_mul(&(&beforehand.covariance * &by_informed))
+        covariance + by_informed.tr_mul(&(&known.covariance * &by_informed))
     }
 }

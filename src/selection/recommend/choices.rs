@@ -125,7 +125,7 @@ pub fn recommend(
     library: &[(String, f64)],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
-    let divisions = postures(&examination.circumstances);
+    let divisions = postures(&examination.contexts);
     let postures = divisions.count();
     let plain: Vec<&String> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
     let candidates = Candidates::new(examination, postures, &plain, library);
@@ -191,7 +191,7 @@ impl Candidates {
         let held = |id: &str, width: f64| (place(id), width.powi(-2));
         Candidates {
             steps: steps.iter().map(|id| held(id, begin.width_of(id))).collect(),
-            library: library.iter().map(|(id, width)| held(id, width * examination.yardstick.weight())).collect(),
+            library: library.iter().map(|(id, width)| held(id, width * examination.noise_scale.weight())).collect(),
             bands: 0..bands.len(),
             all,
         }
@@ -227,7 +227,7 @@ fn gains(
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
     let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
     let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
-    for folds in Folds::all(divisions, &wide.circumstances, &linear.places) {
+    for folds in Folds::all(divisions, &wide.contexts, &linear.places) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &variants[0])?;

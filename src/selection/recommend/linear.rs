@@ -77,22 +77,22 @@ pub(super) struct FoldProducts {
 impl<'a> Linear<'a> {
     /// Linearises an examined fit and its candidates.
     pub fn new(examination: &'a Examination, datasets: &[NamedDataset<'_>]) -> Self {
-        let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
+        let Examination { rows, fitted, spans, contexts, problem, fit, .. } = examination;
         let parameters = problem.parameters();
-        let postures = postures(circumstances);
-        let weight2 = examination.yardstick.weight().powi(2);
+        let postures = postures(contexts);
+        let weight2 = examination.noise_scale.weight().powi(2);
         let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * parameters[p].knowledge.information()).collect();
         let pull = fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect();
         Linear {
             rows,
             fitted: fitted.len(),
             spans: spans.clone(),
-            stretch: circumstances.iter().map(|c| c.first_row..c.first_row + c.height).collect(),
+            stretch: contexts.iter().map(|c| c.first_row..c.first_row + c.height).collect(),
             posture: postures.of_samples().to_vec(),
             members: postures.members(),
-            q: circumstances.iter().map(|c| c.q.clone()).collect(),
+            q: contexts.iter().map(|c| c.q.clone()).collect(),
             unit: examination.squared_units(),
-            aside: vec![false; circumstances.len()],
+            aside: vec![false; contexts.len()],
             local: locals(fit.kept.iter().map(|&p| &parameters[p])),
             energy: rows.row_iter().map(|row| row.norm_squared()).collect(),
             places: places_of_balls(examination, datasets),

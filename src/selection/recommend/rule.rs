@@ -25,13 +25,13 @@ const TAIL: f64 = 0.10;
 ///
 /// ```
 /// use calibench::diagnosis::folds::Division;
-/// use calibench::selection::recommend::{Gain, Lack};
+/// use calibench::selection::recommend::{Gain, Insufficient};
 ///
 /// // A fifth of the squares, at 40 postures: convincing by four standard errors, not by one.
 /// let gain = Gain { division: Division::Random, postures: 40, rms: [1e-4, 9e-5], share: 0.2, sigma: 4.0, tail: 0.9 };
 /// assert!(gain.convinces());
 /// let by_chance = Gain { sigma: 1.0, ..gain };
-/// assert!(matches!(by_chance.lacks(), Some(Lack::Significance { needed }) if needed > 2.0));
+/// assert!(matches!(by_chance.lacks(), Some(Insufficient::Significance { needed }) if needed > 2.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
@@ -82,19 +82,19 @@ impl Gain {
     }
 
     /// Why the gain is not significant; `None` if it is.
-    pub fn lacks(&self) -> Option<Lack> {
+    pub fn lacks(&self) -> Option<Insufficient> {
         let needed = least_sigma(self.postures);
         if self.share.is_nan() {
-            return Some(Lack::Gain);
+            return Some(Insufficient::Gain);
         }
         if self.division == Division::Places {
-            return (self.share <= -LEAST_HARM).then_some(Lack::Gain);
+            return (self.share <= -LEAST_HARM).then_some(Insufficient::Gain);
         }
         match self.share {
-            none if none <= 0.0 => Some(Lack::Gain),
-            small if small <= LEAST_GAIN => Some(Lack::Size { needed: LEAST_GAIN }),
-            _ if self.sigma <= needed => Some(Lack::Significance { needed }),
-            _ if self.tail >= 1.0 + TAIL => Some(Lack::Tail { grows: self.tail - 1.0 }),
+            none if none <= 0.0 => Some(Insufficient::Gain),
+            small if small <= LEAST_GAIN => Some(Insufficient::Size { needed: LEAST_GAIN }),
+            _ if self.sigma <= needed => Some(Insufficient::Significance { needed }),
+            _ if self.tail >= 1.0 + TAIL => Some(Insufficient::Tail { grows: self.tail - 1.0 }),
             _ => None,
         }
     }
@@ -102,7 +102,7 @@ impl Gain {
 
 /// Why a gain is not significant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lack {
+pub enum Insufficient {
     /// There is none.
     Gain,
     /// It is too small.

@@ -64,7 +64,7 @@ fn judged(
         sets.iter().map(|set| linear.with(set.iter().map(|id| (place(id), widths.width_of(id).powi(-2))))).collect();
     let base = linear.base();
     let mut all = vec![Vec::new(); sets.len()];
-    for folds in Folds::all(&postures(&wide.circumstances), &wide.circumstances, &linear.places) {
+    for folds in Folds::all(&postures(&wide.contexts), &wide.contexts, &linear.places) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &base)?;

@@ -1,4 +1,4 @@
-//! Yardstick of a diagnosis: the size of the noise, and the number of samples of one posture that count as one.
+//! NoiseScale of a diagnosis: the size of the noise, and the number of samples of one posture that count as one.
 
 use nalgebra::Vector3;
 
@@ -14,20 +14,20 @@ const ALIKE: f64 = 0.01;
 
 /// Size of the noise in the data, and their repetition.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Yardstick {
+pub(crate) struct NoiseScale {
     /// Size of the noise, and its source.
     pub noise: NoiseFloor,
     /// Number of samples that count as one (Kish's design effect): 1 if all are independent.
     pub repetition: f64,
 }
 
-impl Yardstick {
+impl NoiseScale {
     /// Noise as stated, with all samples independent.
     pub fn as_stated(stated: bool) -> Self {
-        Yardstick { noise: NoiseFloor::of(&[], stated), repetition: 1.0 }
+        NoiseScale { noise: NoiseFloor::of(&[], stated), repetition: 1.0 }
     }
 
-    /// Computes the yardstick of a problem fitted to the rows of set `fit`.
+    /// Computes the noise_scale of a problem fitted to the rows of set `fit`.
     pub fn of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Self {
         let rows = rows(problem, &fit.values);
         let replicates = Postures::replicates(datasets, |s| Use::Fit.takes(s));
@@ -40,7 +40,7 @@ impl Yardstick {
         let noise = NoiseFloor::of(&noisy.collect::<Vec<_>>(), problem.noise_stated());
         let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
         let whitened: Vec<Vector3<f64>> = rows.iter().map(|r| r.whitened).collect();
-        Yardstick { noise, repetition: repetition(&whitened, &postures) }
+        NoiseScale { noise, repetition: repetition(&whitened, &postures) }
     }
 
     /// True if the size of the noise is known.
