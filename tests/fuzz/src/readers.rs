@@ -98,7 +98,7 @@ static PAPER: LazyLock<Dataset> =
 /// small ones are made.
 fn fitted(dataset: &Dataset) {
     if dataset.samples.len() <= 12 && dataset.robot.joints() <= 7 {
-        black_box(identify(&[("d", dataset)], &Model::default_for(dataset)).is_ok());
+        black_box(identify(&[NamedDataset::new("d", dataset)], &Model::default_for(dataset)).is_ok());
     }
 }
 
