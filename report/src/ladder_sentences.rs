@@ -2,6 +2,7 @@
 
 use super::effect_names::{all_called, called, each_called};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
+use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::plain_table;
 use calibench::diagnosis::Symptom;
@@ -244,7 +245,7 @@ fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
 
 /// The models that were compared with the first, what each leaves at postures that were not fitted, and the rule that chose.
 #[must_use]
-pub fn choices_text(ladder: &Ladder) -> String {
+pub fn choices_text(ladder: &Ladder) -> Printout {
     let row = |(k, choice): (usize, &Choice)| {
         let chosen = if k == ladder.recommendation.chosen { "chosen" } else { "" };
         let convinces = if choice.convinces() { "yes" } else { "no" };
@@ -258,11 +259,12 @@ pub fn choices_text(ladder: &Ladder) -> String {
         ]
     };
     let rows: Vec<[String; 5]> = ladder.recommendation.choices.iter().enumerate().map(row).collect();
-    format!(
-        "{}\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
-        plain_table(&["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], &rows),
-        WORKSPACE.name
-    )
+    let table = plain_table(["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], rows);
+    Printout::from(table)
+        + format!(
+            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
+            WORKSPACE.name
+        )
 }
 
 /// The reason for the recommendation.

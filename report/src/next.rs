@@ -1,8 +1,8 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
 use super::effect_names::called;
-use super::tables::plain_table;
-use crate::optional;
+use super::printout::Printout;
+use super::tables::{Table, column, optional, plain_table};
 use calibench::diagnosis::detectability::Detectability;
 use calibench::effects::in_words;
 use calibench::planning::designer::Criterion;
@@ -13,7 +13,7 @@ use calibench::units::MM;
 const MINUTE: f64 = 60.0;
 
 /// A proposal as a table: one row per action, with the outcome expected after 5 / 10 / 20 measurements.
-pub fn next_table(p: &Proposal) -> String {
+pub fn next_table(p: &Proposal) -> Table {
     let along = |steps: &[Step], of: &dyn Fn(&Step) -> Option<String>| -> String {
         let all: Vec<String> = steps.iter().filter_map(of).collect();
         all.join(" / ")
@@ -36,16 +36,16 @@ pub fn next_table(p: &Proposal) -> String {
         row(o.action.words(), minutes, &o.steps)
     }));
     plain_table(
-        &[
-            "measure",
-            optional!(2, "set-up min"),
-            optional!(2, "each min"),
-            "measurements",
-            optional!(1, "P(truth)"),
-            "resolved",
-            "with all that may be missing, over the workspace, mm",
+        [
+            column("measure"),
+            optional(2, "set-up min"),
+            optional(2, "each min"),
+            column("measurements"),
+            optional(1, "P(truth)"),
+            column("resolved"),
+            column("with all that may be missing, over the workspace, mm"),
         ],
-        &rows,
+        rows,
     )
 }
 
@@ -94,7 +94,7 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
 }
 
 /// The detectability of effects by a plan as a table, best first, followed by a list of undetectable effects.
-pub fn detectability_text(d: &Detectability) -> String {
+pub fn detectability_text(d: &Detectability) -> Printout {
     let seen = d.sights.iter().filter(|s| s.smallest.is_some());
     let rows: Vec<[String; 7]> = seen
         .map(|s| {
@@ -111,25 +111,25 @@ pub fn detectability_text(d: &Detectability) -> String {
         })
         .collect();
     let header = [
-        "effect",
-        optional!(1, "in words"),
-        optional!(2, "absorbed %"),
-        optional!(2, "detectability, in noise"),
-        optional!(3, "directions"),
-        "smallest seen, plausible sizes",
-        "which is",
+        column("effect"),
+        optional(1, "in words"),
+        optional(2, "absorbed %"),
+        optional(2, "detectability, in noise"),
+        optional(3, "directions"),
+        column("smallest seen, plausible sizes"),
+        column("which is"),
     ];
-    let mut text = plain_table(&header, &rows);
-    text.push_str(&format!(
-        "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}\n",
+    let mut out = Printout::from(plain_table(header, rows));
+    out.push(format!(
+        "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}",
         100.0 * d.power,
         d.level
     ));
     let unseen: Vec<String> = d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| called(&s.effect)).collect();
     if !unseen.is_empty() {
-        text.push_str(&format!("cannot be seen at all: {}\n", unseen.join("; ")));
+        out.push(format!("\ncannot be seen at all: {}", unseen.join("; ")));
     }
-    text.trim_end().to_owned()
+    out
 }
 
 /// Formats to three significant digits.

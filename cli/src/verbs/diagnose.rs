@@ -10,7 +10,7 @@ use calibench::selection::Advice;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder_step;
 use calibench_report::{
-    Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
+    Forecast, NoForecast, Printout, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
 };
 
 use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
@@ -79,9 +79,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })?;
     } else {
         gate.tell()?;
-        fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
+        fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         tell(diagnosis, &forecast, &advice, &commands)?;
-        print(&format!("\n{}", diagnosis_tables(diagnosis, arguments.heat_map)))?;
+        print(Printout::from("\n") + diagnosis_tables(diagnosis, arguments.heat_map))?;
     }
     Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
 }
@@ -97,6 +97,6 @@ fn tell(
         let is_verdict = ["Verdict:", "Without them:", "WARNING:"].iter().any(|label| sentence.starts_with(label));
         if is_verdict { print_answer(&sentence) } else { print(&sentence) }?;
     }
-    print_answer(&forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
+    print_answer(forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
     next_step_sentences(advice, diagnosis, commands).iter().try_for_each(|sentence| print_answer(sentence))
 }
