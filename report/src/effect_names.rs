@@ -15,10 +15,10 @@ pub(super) fn all_called<'a>(ids: impl IntoIterator<Item = &'a String>) -> Strin
     ids.into_iter().map(|id| called(id)).collect::<Vec<_>>().join("; ")
 }
 
-/// The effects of a refused step, whose ids are joined by `and`.
+/// The effects of one step in a sentence.
 #[must_use]
-pub fn each_called(ids: &str) -> String {
-    ids.split(" and ").map(called).collect::<Vec<_>>().join(" and ")
+pub fn each_called(ids: &[String]) -> String {
+    ids.iter().map(|id| called(id)).collect::<Vec<_>>().join(" and ")
 }
 
 /// The same text with an initial capital.

@@ -10,7 +10,7 @@ use calibench::effects;
 use calibench::effects::facts::Unphysical;
 use calibench::identify::fit::Outcome;
 use calibench::planning::planned::Planned;
-use calibench::selection::ladder::{Ladder, LadderStep, StopReason};
+use calibench::selection::ladder::{Ladder, LadderStep, RefusedStep, StopReason};
 use calibench::selection::recommend::{Choice, ChoiceKind, Gain, Lack};
 use calibench::selection::{Contradiction, Objection};
 use calibench::units::MM;
@@ -141,10 +141,10 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     )
 }
 
-/// The reason why an effect is not added, in a clause.
-pub fn not_added_sentence(effect: &str, objections: &[Objection]) -> String {
-    let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-    format!("not added: {}: {}", each_called(effect), why.join("; "))
+/// The reasons why the effects of a step are not added, at most so many, in a clause.
+pub fn not_added_sentence(step: &RefusedStep, most: usize) -> String {
+    let why: Vec<String> = step.objections.iter().take(most).map(objection_sentence).collect();
+    format!("not added: {}: {}", each_called(&step.effects), why.join("; "))
 }
 
 /// The reasons why a ladder ends, one line each.
@@ -161,7 +161,7 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::StepLimit => vec!["The ladder stops at its step limit; continue from its model.".into()],
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
-            all.extend(tried.iter().map(|(effect, objections)| format!("  {}", not_added_sentence(effect, objections))));
+            all.extend(tried.iter().map(|step| format!("  {}", not_added_sentence(step, usize::MAX))));
             all.push(format!(
                 "`calibench next {}{}` names measurements that would add information.",
                 commands.datasets, commands.model

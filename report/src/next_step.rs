@@ -51,10 +51,10 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ),
     };
     // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
-    let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
-    let refused = refused.map(|(effect, objections)| {
-        let why = objections.first().map(objection_sentence).unwrap_or_default();
-        format!("Not added: {}: {why}.", each_called(effect))
+    let refused = advice.refused.iter().filter(|step| step.effects != advice.effects()).take(MOST_REFUSED);
+    let refused = refused.map(|step| {
+        let why = step.objections.first().map(objection_sentence).unwrap_or_default();
+        format!("Not added: {}: {why}.", each_called(&step.effects))
     });
     std::iter::once(next).chain(refused).collect()
 }

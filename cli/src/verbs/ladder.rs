@@ -139,11 +139,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
-        Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
+        Climb::Trying(effects) => waiting.now(format!("trying {}", each_called(effects))),
         // In the end all refusals are reported together.
-        Climb::Refused(effect, objections) if is_detailed() => {
-            say(format!("  {}", not_added_sentence(effect, &objections[..objections.len().min(1)])));
-        }
+        Climb::Refused(step) if is_detailed() => say(format!("  {}", not_added_sentence(step, 1))),
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));
             if is_detailed() {

@@ -3,12 +3,13 @@
 use calibench::diagnosis;
 use calibench::diagnosis::Verdict;
 use calibench::selection;
+use calibench::selection::ladder::RefusedStep;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::step::Moment;
-use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag};
+use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, joined};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
@@ -223,9 +224,9 @@ impl Advised {
     /// The document of an advice on the model of a diagnosis.
     #[must_use]
     pub fn of(advice: &selection::Advice, d: &diagnosis::Diagnosis, commands: &Recommended) -> Self {
-        let refused = |(effect, objections): &(String, Vec<selection::Objection>)| RefusedEffect {
-            effect: effect.clone(),
-            objections: objections.iter().map(objection_sentence).collect(),
+        let refused = |step: &RefusedStep| RefusedEffect {
+            effect: joined(&step.effects),
+            objections: step.objections.iter().map(objection_sentence).collect(),
         };
         let is_done = matches!(advice.to_do, selection::ToDo::Nothing | selection::ToDo::Unknown);
         let command = (!is_done).then(|| command(advice, d, commands).trim_matches('`').to_owned());
