@@ -178,7 +178,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
     }
     let begun = Instant::now();
     let result = perform(&arguments.verb);
-    output::print_detail(&format!("{:.2} s in all", begun.elapsed().as_secs_f64()));
+    output::print_detail(format!("{:.2} s in all", begun.elapsed().as_secs_f64()));
     ended(result)
 }
 
@@ -242,7 +242,7 @@ fn ended(result: Result<Outcome, Failure>) -> ExitCode {
 
 /// Prints one line on standard error and returns that exit code.
 fn refuse(message: &str, code: u8) -> ExitCode {
-    tell(&format!("calibench: {}", one_line(message)));
+    tell(format!("calibench: {}", one_line(message)));
     ExitCode::from(code)
 }
 

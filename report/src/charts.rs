@@ -6,6 +6,7 @@ use calibench::monitoring::check::charts::{Chart, ChartPoint, Charts, RUN_LENGTH
 use calibench::monitoring::check::conditions::Elementary;
 use calibench::units::{DEG, UM};
 
+use super::printout::Printout;
 use super::svg::{Scale, dot, escaped, line, polyline, stroke, text};
 use super::tables::plain_rows;
 
@@ -46,26 +47,24 @@ pub fn elementary_unit(of: Elementary) -> (f64, &'static str, &'static str) {
 
 /// The charts as text: what drifts, and the latest value of each.
 #[must_use]
-pub fn charts_text(days: &[String], charts: &Charts) -> String {
-    let mut out = String::from("\n");
+pub fn charts_text(days: &[String], charts: &Charts) -> Printout {
+    let mut out = Printout::from("\n");
     let checks = days.len();
     let plural = if checks == 1 { "check" } else { "checks" };
     let signals = charts.signals();
     if signals.is_empty() {
-        _ = writeln!(
-            out,
-            "Control charts of {checks} {plural}: nothing drifts (a false signal once in {RUN_LENGTH:.0} checks on average)."
-        );
+        out.push(format!(
+            "Control charts of {checks} {plural}: nothing drifts (a false signal once in {RUN_LENGTH:.0} checks on average).\n"
+        ));
     }
     for (chart, at) in &signals {
         let day = days.get(*at).map_or("", String::as_str);
-        _ = writeln!(
-            out,
-            "Drift: {}, signalled by the check of {day} (a false signal once in {RUN_LENGTH:.0} checks on average).",
+        out.push(format!(
+            "Drift: {}, signalled by the check of {day} (a false signal once in {RUN_LENGTH:.0} checks on average).\n",
             elementary_words(chart.of)
-        );
+        ));
     }
-    let header = ["chart", "latest change", "moving average", "limit"].map(String::from);
+    let header = ["chart", "latest change", "moving average", "limit"];
     let row = |chart: &Chart| {
         let (unit, _, printed) = elementary_unit(chart.of);
         let last = chart.points.last();
@@ -77,9 +76,7 @@ pub fn charts_text(days: &[String], charts: &Charts) -> String {
         vec![elementary_words(chart.of), change, format!("{average:+.2}"), format!("{:.2}", charts.limit)]
     };
     let rows: Vec<Vec<String>> = charts.charts.iter().map(row).collect();
-    out.push('\n');
-    out.push_str(&plain_rows(&header, &rows));
-    out
+    out + "\n" + plain_rows(header, rows)
 }
 
 const STYLE: &str = "\

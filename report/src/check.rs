@@ -5,6 +5,7 @@ use calibench::monitoring::check::power::{Power, Quantity, SHOWN, SmallestDetect
 use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
+use super::printout::Printout;
 use super::tables::plain_rows;
 
 /// Probabilities below this are not printed.
@@ -156,30 +157,29 @@ fn closest_words(check: &RobotCheck, named: &Condition) -> String {
 
 /// The check as text: the verdict, what to do, and the samples; `shown` are the smallest changes that they show.
 #[must_use]
-pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> String {
+pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout {
     let used = check.looks.len();
-    let mut out = String::new();
+    let mut out = Printout::default();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
     if let Some(remark) = too_alike_remark(check) {
-        out.push_str(&remark);
-        out.push('\n');
+        out.push(format!("{remark}\n"));
     }
     match check.named() {
         None => {
             let ratio = check.looks.last().map_or(0.0, |l| l.ratio);
-            out.push_str(&format!(
+            out.push(format!(
                 "The calibration holds: {} with those of the calibration (evidence of a change {ratio:.2}, reported from {:.0}).\n",
                 if used == 1 { "1 sample agrees".into() } else { format!("{used} samples agree") },
                 1.0 / FALSE_ALARM
             ));
             if let Some(first) = check.conditions.first().filter(|j| j.condition != Condition::Valid) {
-                out.push_str(&format!(
+                out.push(format!(
                     "But a change is the more probable ({} {}): measure more poses before you rely on it.\n",
                     percent(first.probability),
                     condition_words(&first.condition)
                 ));
             }
-            out.push_str(&shown_words(shown));
+            out.push(shown_words(shown));
         }
         Some(first) => {
             let words = condition_words(&first.condition);
@@ -188,12 +188,12 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> String {
             } else {
                 format!("samples: {used}")
             };
-            out.push_str(&format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
-            out.push_str(&format!("Do: {}.\n", what_to_do(&first.condition)));
-            out.push_str(&closest_words(check, &first.condition));
+            out.push(format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
+            out.push(format!("Do: {}.\n", what_to_do(&first.condition)));
+            out.push(closest_words(check, &first.condition));
             if !check.aliased.is_empty() {
                 let others: Vec<String> = check.aliased.iter().map(condition_words).collect();
-                out.push_str(&format!("These poses cannot distinguish it from: {}.\n", others.join("; ")));
+                out.push(format!("These poses cannot distinguish it from: {}.\n", others.join("; ")));
             }
             let rest: Vec<String> = check
                 .conditions
@@ -202,16 +202,15 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> String {
                 .map(|j| format!("{} {}", percent(j.probability), condition_words(&j.condition)))
                 .collect();
             if !rest.is_empty() {
-                out.push_str(&format!("Otherwise: {}.\n", rest.join("; ")));
+                out.push(format!("Otherwise: {}.\n", rest.join("; ")));
             }
         }
     }
     if let Some(remark) = noise_remark(check) {
-        out.push_str(&remark);
-        out.push('\n');
+        out.push(format!("{remark}\n"));
     }
-    out.push_str(&noise_words(&check.noise));
-    let header = ["sample", "then", "change mm", "noise \u{b5}m", "evidence"].map(String::from);
+    out.push(noise_words(&check.noise));
+    let header = ["sample", "then", "change mm", "noise \u{b5}m", "evidence"];
     let rows: Vec<Vec<String>> = check
         .looks
         .iter()
@@ -220,9 +219,7 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> String {
             vec![l.sample.clone(), l.counterpart.clone(), change, format!("{:.1}", l.noise / UM), format!("{:.3e}", l.ratio)]
         })
         .collect();
-    out.push('\n');
-    out.push_str(&plain_rows(&header, &rows));
-    out
+    out + "\n" + plain_rows(header, rows)
 }
 
 /// Source of the noise of the comparison, as a line of its own.
@@ -254,16 +251,16 @@ fn noise_words(noise: &NoiseOf) -> String {
 
 /// The plan of a check as text: the samples to measure again, and what that would show.
 #[must_use]
-pub fn check_plan_text(sentinels: &[String], power: &[Power]) -> String {
+pub fn check_plan_text(sentinels: &[String], power: &[Power]) -> Printout {
     let sizes: Vec<f64> = power
         .iter()
         .find(|p| p.condition != Condition::Valid)
         .map(|p| p.at.iter().map(|a| a.size).collect())
         .unwrap_or_default();
-    let mut out = format!("To measure again, in this order: {}.\n", sentinels.join(", "));
+    let mut out = Printout::from(format!("To measure again, in this order: {}.\n", sentinels.join(", ")));
     let false_alarms =
         power.iter().find(|p| p.condition == Condition::Valid).and_then(|p| p.at.first()).map_or(0.0, |a| a.found);
-    out.push_str(&format!(
+    out.push(format!(
         "False alarms in simulated checks: {:.1} % (at most {:.0} %).\nFound, and named, in per cent, by the displacement of the samples in units of the noise:\n\n",
         100.0 * false_alarms,
         100.0 * FALSE_ALARM
@@ -291,8 +288,8 @@ pub fn check_plan_text(sentinels: &[String], power: &[Power]) -> String {
     if let Some(p) = single {
         rows.push(row("a single sample disagrees (the least clear)".into(), p));
     }
-    out.push_str(&plain_rows(&header, &rows));
-    out.push_str(&format!(
+    out.push(plain_rows(header, rows));
+    out.push(format!(
         "\n\nNamed: the condition itself, or one that these poses cannot distinguish from it. Samples: until it is named, at {} x the noise.\n",
         sizes.last().copied().unwrap_or_default()
     ));

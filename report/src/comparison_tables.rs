@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::figures::{NOT_FITTED, RESIDUAL};
+use super::printout::Printout;
+use super::tables::{Table, column, optional, orientation_words, plain_table};
 use super::workspace::{Forecast, NoForecast};
-use super::{orientation_words, plain_table};
-use crate::optional;
 use calibench::residuals::comparison::{Comparison, SIGNIFICANCE};
 use calibench::residuals::views::{JointBin, ViewTest};
 use calibench::units::{MM, UM, URAD};
@@ -84,30 +84,36 @@ pub fn comparison_sentences(c: &Comparison, forecast: &Result<Forecast, NoForeca
 
 /// The views of a comparison, each as a table.
 #[must_use]
-pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
-    let mut out = String::new();
-    out.push_str(
+pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> Printout {
+    let mut out = Printout::from(
         "A mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not absorb (0: it absorbed all).\n\
          p is the chance that a right model shows as much in any row of the table, against the noise and against the other residual.\n",
     );
-    let mut section = |heading: &str, table: String| out.push_str(&format!("\n{heading}\n{table}\n"));
     if !c.balls.is_empty() {
-        section("BY BALL (artifact): residual, ball minus TCP, world axes", balls(c));
+        out.push(section("BY BALL (artifact): residual, ball minus TCP, world axes", balls(c)));
     }
-    section("IN THE TOOL'S AXES (gauge): mean residual", tool(c));
-    section("IN THE WORLD (base): the motion of the base that would best remove the residuals", world(c));
-    section("PROJECTED TO THE JOINTS (arm): apparent angle error, actual minus reported; is the curve flat?", curves(c));
+    out.push(section("IN THE TOOL'S AXES (gauge): mean residual", tool(c)));
+    out.push(section("IN THE WORLD (base): the motion of the base that would best remove the residuals", world(c)));
+    out.push(section(
+        "PROJECTED TO THE JOINTS (arm): apparent angle error, actual minus reported; is the curve flat?",
+        curves(c),
+    ));
     if !c.fit_relation.fitted {
-        section("MEANS OF THE JOINTS (arm): apparent angle error, mean over all angles", offsets(c));
+        out.push(section("MEANS OF THE JOINTS (arm): apparent angle error, mean over all angles", offsets(c)));
     }
-    section("WORST SAMPLES", worst(c));
+    out.push(section("WORST SAMPLES", worst(c)));
     if let Ok(forecast) = forecast {
-        section(
+        out.push(section(
             "OVER THE WORKSPACE: position error expected, mm, by distance from axis 1 and height over the base",
             forecast.map_table(),
-        );
+        ));
     }
     out
+}
+
+/// A table or more under its heading.
+fn section(heading: &str, view: impl Into<Printout>) -> Printout {
+    Printout::from(format!("\n{heading}\n")) + view + "\n"
 }
 
 fn setup_name(c: &Comparison, k: usize) -> String {
@@ -119,18 +125,18 @@ fn setup_name(c: &Comparison, k: usize) -> String {
     }
 }
 
-fn balls(c: &Comparison) -> String {
+fn balls(c: &Comparison) -> Table {
     let header = [
-        "ball",
-        "samples",
-        "rms µm",
-        "mean x µm",
-        "mean y µm",
-        "mean z µm",
-        optional!(3, "chi2"),
-        optional!(3, "dof"),
-        "p",
-        optional!(1, "a displacement by, µm, would leave it"),
+        column("ball"),
+        column("samples"),
+        column("rms µm"),
+        column("mean x µm"),
+        column("mean y µm"),
+        column("mean z µm"),
+        optional(3, "chi2"),
+        optional(3, "dof"),
+        column("p"),
+        optional(1, "a displacement by, µm, would leave it"),
     ];
     let rows: Vec<[String; 10]> = c
         .balls
@@ -146,12 +152,21 @@ fn balls(c: &Comparison) -> String {
             [name, b.samples.to_string(), number(b.rms / UM), x, y, z, chi2, dof, p, moved]
         })
         .collect();
-    plain_table(&header, &rows)
+    plain_table(header, rows)
 }
 
-fn tool(c: &Comparison) -> String {
-    let header =
-        ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", optional!(3, "chi2"), optional!(3, "dof"), "p"];
+fn tool(c: &Comparison) -> Table {
+    let header = [
+        column("set-up"),
+        column("samples"),
+        column("rms mm"),
+        column("axis 1 µm"),
+        column("axis 2 µm"),
+        column("axis 3 µm"),
+        optional(3, "chi2"),
+        optional(3, "dof"),
+        column("p"),
+    ];
     let mut rows: Vec<[String; 9]> = Vec::new();
     let mut row = |name: String, samples: usize, rms: f64, view: &calibench::residuals::views::ToolView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
@@ -162,23 +177,23 @@ fn tool(c: &Comparison) -> String {
     if c.setups.len() > 1 {
         row("all".into(), c.samples, c.rms, &c.tool);
     }
-    plain_table(&header, &rows)
+    plain_table(header, rows)
 }
 
-fn world(c: &Comparison) -> String {
+fn world(c: &Comparison) -> Table {
     let header = [
-        "set-up",
-        "x µm",
-        "y µm",
-        "z µm",
-        "about x µrad",
-        "about y µrad",
-        "about z µrad",
-        "rms mm",
-        "after mm",
-        optional!(3, "chi2"),
-        optional!(3, "dof"),
-        "p",
+        column("set-up"),
+        column("x µm"),
+        column("y µm"),
+        column("z µm"),
+        column("about x µrad"),
+        column("about y µrad"),
+        column("about z µrad"),
+        column("rms mm"),
+        column("after mm"),
+        optional(3, "chi2"),
+        optional(3, "dof"),
+        column("p"),
     ];
     let mut rows: Vec<[String; 12]> = Vec::new();
     let mut row = |name: String, rms: f64, view: &calibench::residuals::views::WorldView| {
@@ -192,23 +207,23 @@ fn world(c: &Comparison) -> String {
     if c.setups.len() > 1 {
         row("all".into(), c.rms, &c.world);
     }
-    plain_table(&header, &rows)
+    plain_table(header, rows)
 }
 
-fn curves(c: &Comparison) -> String {
+fn curves(c: &Comparison) -> Printout {
     let header = [
-        "joint",
-        "against",
-        optional!(2, "from"),
-        optional!(2, "to"),
-        optional!(2, "unit"),
-        "curve",
-        "swing µrad",
-        optional!(1, "sigma µrad"),
-        "explains %",
-        optional!(3, "chi2"),
-        optional!(3, "dof"),
-        "p",
+        column("joint"),
+        column("against"),
+        optional(2, "from"),
+        optional(2, "to"),
+        optional(2, "unit"),
+        column("curve"),
+        column("swing µrad"),
+        optional(1, "sigma µrad"),
+        column("explains %"),
+        optional(3, "chi2"),
+        optional(3, "dof"),
+        column("p"),
     ];
     let rows: Vec<[String; 12]> = c
         .joints
@@ -236,10 +251,10 @@ fn curves(c: &Comparison) -> String {
         .collect();
     let more = c.joints.len().saturating_sub(MOST_CURVES);
     let rest = if more > 0 { format!("\n{more} curves that explain less are in --json and --plots") } else { String::new() };
-    format!("{}{rest}", plain_table(&header, &rows))
+    Printout::from(plain_table(header, rows)) + rest
 }
 
-fn offsets(c: &Comparison) -> String {
+fn offsets(c: &Comparison) -> Table {
     let rows: Vec<[String; 5]> = c
         .offsets
         .iter()
@@ -248,10 +263,10 @@ fn offsets(c: &Comparison) -> String {
             [o.joint.to_string(), format!("{:+.1} ± {:.1}", o.mean / URAD, o.sigma / URAD), chi2, dof, p]
         })
         .collect();
-    plain_table(&["joint", "mean µrad", optional!(3, "chi2"), optional!(3, "dof"), "p"], &rows)
+    plain_table([column("joint"), column("mean µrad"), optional(3, "chi2"), optional(3, "dof"), column("p")], rows)
 }
 
-fn worst(c: &Comparison) -> String {
+fn worst(c: &Comparison) -> Table {
     let rows: Vec<[String; 8]> = c
         .worst
         .iter()
@@ -264,7 +279,16 @@ fn worst(c: &Comparison) -> String {
         .collect();
     let unit = if c.noise.level.is_some() && !c.lack_of_fit.noise_overstated { "times the noise" } else { "times the mean" };
     plain_table(
-        &["sample", "off µm", optional!(1, "x µm"), optional!(1, "y µm"), optional!(1, "z µm"), unit, "p", "special"],
-        &rows,
+        [
+            column("sample"),
+            column("off µm"),
+            optional(1, "x µm"),
+            optional(1, "y µm"),
+            optional(1, "z µm"),
+            column(unit),
+            column("p"),
+            column("special"),
+        ],
+        rows,
     )
 }

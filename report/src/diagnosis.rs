@@ -1,15 +1,15 @@
 //! A diagnosis as tables.
 
 use super::diagnosis_sentences::sizes;
-use super::heat_map::{curve_line, heat_map_text};
-use super::tables::plain_table;
-use crate::optional;
+use super::heat_map::{curve_line, heat_map_table};
+use super::printout::Printout;
+use super::tables::{column, optional, plain_table};
 use calibench::diagnosis::{Diagnosis, Verdict};
 
 /// The tables of a diagnosis for a terminal: the candidates, the contributions and, if requested or if nothing else
 /// explains the residual, the heat map.
-pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
-    let mut out = String::new();
+pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> Printout {
+    let mut out = Printout::default();
     let rows: Vec<[String; 10]> = d
         .findings
         .iter()
@@ -29,25 +29,25 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
             ]
         })
         .collect();
-    out.push_str(match (rows.is_empty(), d.verdict.is_noise()) {
+    out.push(match (rows.is_empty(), d.verdict.is_noise()) {
         (true, _) => "NO CANDIDATES\n",
         (false, true) => "CANDIDATES, none of which is significant\n",
         (false, false) => "CANDIDATES, the best first\n",
     });
-    out.push_str(&plain_table(
-        &[
-            "effect",
-            "in words",
-            "probability",
-            "explains %",
-            optional!(1, "cv gain %"),
-            optional!(1, "detectability %"),
-            optional!(2, "log evidence vs. background"),
-            optional!(3, "log evidence vs. noise"),
-            optional!(2, "as it would be fitted"),
-            optional!(3, "same in these data"),
+    out.push(plain_table(
+        [
+            column("effect"),
+            column("in words"),
+            column("probability"),
+            column("explains %"),
+            optional(1, "cv gain %"),
+            optional(1, "detectability %"),
+            optional(2, "log evidence vs. background"),
+            optional(3, "log evidence vs. noise"),
+            optional(2, "as it would be fitted"),
+            optional(3, "same in these data"),
         ],
-        &rows,
+        rows,
     ));
     let rows: Vec<[String; 4]> = d
         .contributions
@@ -57,13 +57,13 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
             [c.effect.to_string(), d.registry.in_words(&c.effect), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)]
         })
         .collect();
-    out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
-    out.push_str(&plain_table(&["effect", "in words", "share of the residual %", "size, plausible sizes"], &rows));
+    out.push("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
+    out.push(plain_table(["effect", "in words", "share of the residual %", "size, plausible sizes"], rows));
     if with_heat_map || d.verdict == Verdict::Unexplained {
-        out.push_str("\n\nJOINT ERROR BY VARIABLE, of any shape: log evidence vs. background, the best marked with a star\n");
-        out.push_str(&heat_map_text(&d.heat_map));
+        out.push("\n\nJOINT ERROR BY VARIABLE, of any shape: log evidence vs. background, the best marked with a star\n");
+        out.push(heat_map_table(&d.heat_map));
         if let Some(curve) = &d.heat_map.curve {
-            out.push_str(&format!("\n{}", curve_line(curve)));
+            out.push(format!("\n{}", curve_line(curve)));
         }
     }
     out

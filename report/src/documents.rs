@@ -114,6 +114,11 @@ fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
+/// The ids of the effects of one step, in one text.
+pub(crate) fn joined(effects: &[String]) -> String {
+    effects.join(" and ")
+}
+
 /// A document as a JSON value, keys in alphabetical order.
 #[must_use]
 pub fn to_value(document: &impl Serialize) -> Value {

@@ -15,10 +15,10 @@ pub(super) fn all_called<'a, Id: AsRef<str> + 'a>(registry: &Registry, ids: impl
     ids.into_iter().map(|id| called(registry, id.as_ref())).collect::<Vec<_>>().join("; ")
 }
 
-/// The effects of a refused step, whose ids are joined by `and`.
+/// The effects of one step in a sentence.
 #[must_use]
-pub fn each_called(registry: &Registry, ids: &str) -> String {
-    ids.split(" and ").map(|id| called(registry, id)).collect::<Vec<_>>().join(" and ")
+pub fn each_called<Id: AsRef<str>>(registry: &Registry, ids: &[Id]) -> String {
+    ids.iter().map(|id| called(registry, id.as_ref())).collect::<Vec<_>>().join(" and ")
 }
 
 /// The same text with an initial capital.

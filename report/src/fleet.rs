@@ -2,6 +2,7 @@
 
 use calibench::identify::fleet::{CONFLICT, Fleet, FleetJudged, FleetParameter, PriorUsed};
 
+use super::printout::Printout;
 use super::tables::plain_rows;
 
 /// Agreement of a robot with its fleet, in a sentence.
@@ -22,7 +23,7 @@ pub fn fleet_sentence(judged: &FleetJudged) -> String {
 
 /// A fleet as a table.
 #[must_use]
-pub fn fleet_text(fleet: &Fleet) -> String {
+pub fn fleet_text(fleet: &Fleet) -> Printout {
     let row = |p: &FleetParameter| {
         let of = |number: f64| format!("{:.4}", number / p.unit.si);
         vec![
@@ -37,10 +38,9 @@ pub fn fleet_text(fleet: &Fleet) -> String {
     };
     let header = ["parameter", "mean deviation", "1 sigma of the next", "robot to robot", "catalogue", "robots", "unit"];
     let rows: Vec<Vec<String>> = fleet.parameters.iter().map(row).collect();
-    format!(
-        "{} robots of the type {}. The next one is expected to deviate from nominal by the mean, give or take one sigma:\n{}\n",
-        fleet.robots,
-        fleet.robot,
-        plain_rows(&header.map(String::from), &rows)
-    )
+    let said = format!(
+        "{} robots of the type {}. The next one is expected to deviate from nominal by the mean, give or take one sigma:\n",
+        fleet.robots, fleet.robot
+    );
+    Printout::from(said) + plain_rows(header, rows) + "\n"
 }

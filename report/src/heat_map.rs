@@ -1,11 +1,11 @@
 //! The heat map: a table of all joints and the variables that their errors may follow, and the best curve as a sparkline.
 
-use super::tables::plain_rows;
+use super::tables::{Table, plain_rows};
 use calibench::diagnosis::heat_map::{Curve, HeatMap, Variable};
 use calibench::units::URAD;
 
 /// Table of log evidence against the model discrepancy (background), joints by variables; the best entry is starred.
-pub fn heat_map_text(map: &HeatMap) -> String {
+pub fn heat_map_table(map: &HeatMap) -> Table {
     let mut variables: Vec<Variable> = Vec::new();
     map.cells.iter().for_each(|c| {
         if !variables.contains(&c.variable) {
@@ -24,7 +24,7 @@ pub fn heat_map_text(map: &HeatMap) -> String {
     let rows: Vec<Vec<String>> = (0..joints)
         .map(|j| std::iter::once((j + 1).to_string()).chain(variables.iter().map(|v| cell(j, *v))).collect())
         .collect();
-    plain_rows(&header, &rows)
+    plain_rows(header, rows)
 }
 
 /// A curve on one line: `joint 3 against tau2, -45 to 12 N·m: ▁▂▄▇█ -80 to +120 urad, one-sigma 12 to 25 urad`.

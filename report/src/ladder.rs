@@ -2,36 +2,38 @@
 
 use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, WORKSPACE};
 use super::ladder_sentences::ladder_step_words;
-use super::tables::{marked, plain_rows};
+use super::printout::Printout;
+use super::tables::{Column, column, optional, plain_rows};
 use calibench::residuals::Validation;
 use calibench::selection::ladder::LadderStep;
 use calibench::units::MM;
 
 /// Steps as a table, errors in mm; one column per campaign if there are several, and one per campaign that was not fitted.
-pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
-    let Some(first) = steps.first() else { return String::new() };
+/// Without steps there is none.
+pub fn ladder_step_table(steps: &[&LadderStep]) -> Printout {
+    let Some(first) = steps.first() else { return Printout::default() };
     let mm = |x: f64| format!("{:.4}", x / MM);
-    let mut header: Vec<String> = ["model", RESIDUAL.name, CROSS_VALIDATED.name, WORKSPACE.name].map(String::from).into();
+    let mut header: Vec<Column> = ["model", RESIDUAL.name, CROSS_VALIDATED.name, WORKSPACE.name].map(column).into();
     let validated = steps.iter().any(|r| r.validation.is_some());
     if validated {
-        header.extend(["mean", "max"].map(|of| format!("{}, {of}", NOT_FITTED.name)));
+        header.extend(["mean", "max"].map(|of| column(format!("{}, {of}", NOT_FITTED.name))));
     }
     // Without known noise there is only what the best explanation would leave, which is not a figure of the instrument.
     let stated = first.diagnosis.lack_of_fit_p.is_some();
     if stated {
-        header.push(marked(1, NOISE_LEFT.name));
-        header.push(marked(1, "chi2/dof"));
+        header.push(optional(1, NOISE_LEFT.name));
+        header.push(optional(1, "chi2/dof"));
     }
     let several = first.sessions.len() > 1;
     if several {
         for session in &first.sessions {
-            header.push(marked(2, &format!("{}, {}", session.name, CROSS_VALIDATED.name)));
+            header.push(optional(2, format!("{}, {}", session.name, CROSS_VALIDATED.name)));
             if session.from_others.is_some() {
-                header.push(marked(2, &format!("{}, from the others", session.name)));
+                header.push(optional(2, format!("{}, from the others", session.name)));
             }
         }
     }
-    header.extend(first.checks.iter().map(|c| format!("check {}, rms, with base and tool of its own", c.name)));
+    header.extend(first.checks.iter().map(|c| column(format!("check {}, rms, with base and tool of its own", c.name))));
     let row = |r: &&LadderStep| {
         let workspace = r
             .workspace
@@ -57,5 +59,5 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
         row.extend(r.checks.iter().map(|c| c.result.as_ref().map_or("-".into(), |v| mm(v.rms))));
         row
     };
-    plain_rows(&header, &steps.iter().map(row).collect::<Vec<_>>())
+    plain_rows(header, steps.iter().map(row).collect()).into()
 }

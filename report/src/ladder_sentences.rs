@@ -2,6 +2,7 @@
 
 use super::effect_names::{all_called, called, each_called};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
+use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::plain_table;
 use calibench::diagnosis::Symptom;
@@ -10,7 +11,7 @@ use calibench::effects::registry::Registry;
 use calibench::effects::{self, EffectId};
 use calibench::identify::fit::Outcome;
 use calibench::planning::planned::Planned;
-use calibench::selection::ladder::{Ladder, LadderStep, StopReason};
+use calibench::selection::ladder::{Ladder, LadderStep, RefusedStep, StopReason};
 use calibench::selection::recommend::{Choice, ChoiceKind, Gain, Insufficient};
 use calibench::selection::{Contradiction, Objection};
 use calibench::units::MM;
@@ -143,10 +144,10 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     )
 }
 
-/// The reason why an effect is not added, in a clause.
-pub fn not_added_sentence(registry: &Registry, effect: &str, objections: &[Objection]) -> String {
-    let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-    format!("not added: {}: {}", each_called(registry, effect), why.join("; "))
+/// The reasons why the effects of a step are not added, at most so many, in a clause.
+pub fn not_added_sentence(registry: &Registry, step: &RefusedStep, most: usize) -> String {
+    let why: Vec<String> = step.objections.iter().take(most).map(objection_sentence).collect();
+    format!("not added: {}: {}", each_called(registry, &step.effects), why.join("; "))
 }
 
 /// The reasons why a ladder ends, one line each.
@@ -163,15 +164,8 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::StepLimit => vec!["The ladder stops at its step limit; continue from its model.".into()],
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
-            all.extend(
-                tried
-                    .iter()
-                    .map(|(effect, objections)| format!("  {}", not_added_sentence(&last.model.registry, effect, objections))),
-            );
-            all.push(format!(
-                "`calibench next {}{}` names measurements that would add information.",
-                commands.datasets, commands.model
-            ));
+            all.extend(tried.iter().map(|step| format!("  {}", not_added_sentence(&last.model.registry, step, usize::MAX))));
+            all.push(format!("`{}` names measurements that would add information.", commands.verb("next")));
             all
         }
         other => vec![format!("The ladder ends: {}.", other.name().replace('_', " "))],
@@ -251,7 +245,7 @@ fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
 
 /// The models that were compared with the first, what each leaves at postures that were not fitted, and the rule that chose.
 #[must_use]
-pub fn choices_text(ladder: &Ladder) -> String {
+pub fn choices_text(ladder: &Ladder) -> Printout {
     let row = |(k, choice): (usize, &Choice)| {
         let chosen = if k == ladder.recommendation.chosen { "chosen" } else { "" };
         let convinces = if choice.convinces() { "yes" } else { "no" };
@@ -265,11 +259,12 @@ pub fn choices_text(ladder: &Ladder) -> String {
         ]
     };
     let rows: Vec<[String; 5]> = ladder.recommendation.choices.iter().enumerate().map(row).collect();
-    format!(
-        "{}\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
-        plain_table(&["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], &rows),
-        WORKSPACE.name
-    )
+    let table = plain_table(["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], rows);
+    Printout::from(table)
+        + format!(
+            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
+            WORKSPACE.name
+        )
 }
 
 /// The reason for the recommendation.

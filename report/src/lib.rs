@@ -22,6 +22,7 @@ mod next;
 mod next_step;
 mod page;
 mod plausible;
+mod printout;
 mod recommended;
 mod runs;
 mod scatter;
@@ -44,7 +45,7 @@ pub use figures::{
 pub use finding_notes::added_sentences;
 pub use fleet::{fleet_sentence, fleet_text};
 pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
-pub use heat_map::{curve_line, heat_map_text};
+pub use heat_map::{curve_line, heat_map_table};
 pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
     advice, choices_text, ladder_step_sentence, not_added_sentence, objection_sentence, planned_sentence, symptom_sentence,
@@ -59,12 +60,13 @@ pub use page::{
     PageSubject, Views, chart_page_html, linked, linked_or_told, page_html, page_script, script_sources,
 };
 pub use plausible::Plausible;
+pub use printout::{Block, Printout, Sentence};
 pub use recommended::Recommended;
 pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;
 pub use tables::{
-    MARK, histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,
-    unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence, without_marks,
+    Column, Table, column, histogram, optional, orientation_table, orientation_words, parameter_rows, parameter_table,
+    plain_rows, plain_table, unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};
 

@@ -1,8 +1,8 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
 use super::effect_names::called;
-use super::tables::plain_table;
-use crate::optional;
+use super::printout::{Printout, Sentence};
+use super::tables::{Table, column, optional, plain_table};
 use calibench::diagnosis::detectability::Detectability;
 use calibench::planning::designer::Criterion;
 use calibench::planning::{Offer, Proposal, Step};
@@ -12,7 +12,7 @@ use calibench::units::MM;
 const MINUTE: f64 = 60.0;
 
 /// A proposal as a table: one row per action, with the outcome expected after 5 / 10 / 20 measurements.
-pub fn next_table(p: &Proposal) -> String {
+pub fn next_table(p: &Proposal) -> Table {
     let along = |steps: &[Step], of: &dyn Fn(&Step) -> Option<String>| -> String {
         let all: Vec<String> = steps.iter().filter_map(of).collect();
         all.join(" / ")
@@ -35,34 +35,36 @@ pub fn next_table(p: &Proposal) -> String {
         row(o.action.words(), minutes, &o.steps)
     }));
     plain_table(
-        &[
-            "measure",
-            optional!(2, "set-up min"),
-            optional!(2, "each min"),
-            "measurements",
-            optional!(1, "P(truth)"),
-            "resolved",
-            "with all that may be missing, over the workspace, mm",
+        [
+            column("measure"),
+            optional(2, "set-up min"),
+            optional(2, "each min"),
+            column("measurements"),
+            optional(1, "P(truth)"),
+            column("resolved"),
+            column("with all that may be missing, over the workspace, mm"),
         ],
-        &rows,
+        rows,
     )
 }
 
 /// A proposal in words: the effects in question, the best action, the next best ones, the assumptions.
-pub fn next_sentences(p: &Proposal) -> Vec<String> {
+pub fn next_sentences(p: &Proposal) -> Vec<Sentence> {
     let mut all = Vec::new();
     match p.rivals.as_slice() {
-        [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
-        [one] => all.push(format!(
+        [] => {
+            all.push(Sentence::detail("No effect of the catalogue is in question; measurements are chosen for accuracy alone."))
+        }
+        [one] => all.push(Sentence::detail(format!(
             "Only one effect is in question, {}; measurements are chosen for accuracy alone.",
             called(&p.registry, &one.effect)
-        )),
+        ))),
         several => {
             let named: Vec<String> = several
                 .iter()
                 .map(|r| format!("{}, probability {:.2}", called(&p.registry, &r.effect), r.probability))
                 .collect();
-            all.push(format!("To be distinguished: {}.", named.join("; ")));
+            all.push(Sentence::answer(format!("To be distinguished: {}.", named.join("; "))));
         }
     }
     let says = |offer: &Offer, step: &Step| {
@@ -76,26 +78,28 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     };
     let best = p.best(|_| true);
     if let Some((offer, step)) = best {
-        all.push(format!("Best: {}.", says(offer, step)));
+        all.push(Sentence::answer(format!("Best: {}.", says(offer, step))));
         let others = p.offers.iter().filter(|o| !std::ptr::eq(*o, offer));
         let mut others: Vec<(&Offer, &Step)> = others.filter_map(|o| p.best(|other| std::ptr::eq(other, o))).collect();
         others.sort_by(|a, b| p.merit(b.1).total_cmp(&p.merit(a.1)));
         for (offer, step) in others.into_iter().take(2) {
-            all.push(format!("Beside it: {}.", says(offer, step)));
+            all.push(Sentence::detail(format!("Beside it: {}.", says(offer, step))));
         }
     }
     if p.now.error.is_some() {
-        all.push("Errors are those of a model that holds the whole library, each effect as large as the data make it.".into());
+        all.push(Sentence::detail(
+            "Errors are those of a model that holds the whole library, each effect as large as the data make it.",
+        ));
     }
     if p.criterion == Criterion::Discrimination {
-        all.push("The chances hold if one of the effects in question is the truth.".into());
+        all.push(Sentence::detail("The chances hold if one of the effects in question is the truth."));
     }
-    all.push("Minutes are assumed.".into());
+    all.push(Sentence::detail("Minutes are assumed."));
     all
 }
 
 /// The detectability of effects by a plan as a table, best first, followed by a list of undetectable effects.
-pub fn detectability_text(d: &Detectability) -> String {
+pub fn detectability_text(d: &Detectability) -> Printout {
     let seen = d.sights.iter().filter(|s| s.smallest.is_some());
     let rows: Vec<[String; 7]> = seen
         .map(|s| {
@@ -112,26 +116,26 @@ pub fn detectability_text(d: &Detectability) -> String {
         })
         .collect();
     let header = [
-        "effect",
-        optional!(1, "in words"),
-        optional!(2, "absorbed %"),
-        optional!(2, "detectability, in noise"),
-        optional!(3, "directions"),
-        "smallest seen, plausible sizes",
-        "which is",
+        column("effect"),
+        optional(1, "in words"),
+        optional(2, "absorbed %"),
+        optional(2, "detectability, in noise"),
+        optional(3, "directions"),
+        column("smallest seen, plausible sizes"),
+        column("which is"),
     ];
-    let mut text = plain_table(&header, &rows);
-    text.push_str(&format!(
-        "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}\n",
+    let mut out = Printout::from(plain_table(header, rows));
+    out.push(format!(
+        "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}",
         100.0 * d.power,
         d.level
     ));
     let unseen: Vec<String> =
         d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| called(&d.registry, &s.effect)).collect();
     if !unseen.is_empty() {
-        text.push_str(&format!("cannot be seen at all: {}\n", unseen.join("; ")));
+        out.push(format!("\ncannot be seen at all: {}", unseen.join("; ")));
     }
-    text.trim_end().to_owned()
+    out
 }
 
 /// Formats to three significant digits.

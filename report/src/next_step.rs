@@ -24,16 +24,16 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             let command = command(advice, diagnosis, commands);
             match advice.effects() {
                 [one] if effects::catalogue::set_aside_by(one).is_some() => {
-                    format!("Next: {command}: {}, which disagrees with all others.", called(&diagnosis.registry, one))
+                    format!("Next: `{command}`: {}, which disagrees with all others.", called(&diagnosis.registry, one))
                 }
                 [one] => {
                     format!(
-                        "Next: {command}: with {}, postures that were not fitted are predicted better.",
+                        "Next: `{command}`: with {}, postures that were not fitted are predicted better.",
                         called(&diagnosis.registry, one)
                     )
                 }
                 several => format!(
-                    "Next: {command} excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
+                    "Next: `{command}` excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
                     several.len()
                 ),
             }
@@ -47,20 +47,20 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
                 ),
             };
             format!(
-                "Next: {} names the few measurements that would distinguish them.{without}",
+                "Next: `{}` names the few measurements that would distinguish them.{without}",
                 command(advice, diagnosis, commands)
             )
         }
         ToDo::Choose => format!(
-            "Next: {} compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
+            "Next: `{}` compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
             command(advice, diagnosis, commands)
         ),
     };
     // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
-    let refused = advice.refused.iter().filter(|(effect, _)| !advice.effects().contains(effect)).take(MOST_REFUSED);
-    let refused = refused.map(|(effect, objections)| {
-        let why = objections.first().map(objection_sentence).unwrap_or_default();
-        format!("Not added: {}: {why}.", each_called(&diagnosis.registry, effect))
+    let refused = advice.refused.iter().filter(|step| step.effects != advice.effects()).take(MOST_REFUSED);
+    let refused = refused.map(|step| {
+        let why = step.objections.first().map(objection_sentence).unwrap_or_default();
+        format!("Not added: {}: {why}.", each_called(&diagnosis.registry, &step.effects))
     });
     std::iter::once(next).chain(refused).collect()
 }
@@ -88,7 +88,7 @@ pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<S
     let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
     (verdict == Verdict::Indistinguishable).then(|| {
         format!(
-            "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
+            "Next: `{}` names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
             commands.verb("next"),
             all_called(&step.model.registry, &step.added)
         )

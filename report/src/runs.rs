@@ -8,7 +8,8 @@ use calibench::monitoring::runs::{Difference, Pattern, RunsComparison, RunsTest,
 use calibench::units::{MM, UM};
 
 use super::effect_names::called;
-use super::tables::plain_rows;
+use super::printout::Printout;
+use super::tables::{Table, plain_rows};
 
 /// Number of indistinguishable differences that are named.
 const MOST_ALIASES: usize = 4;
@@ -119,7 +120,7 @@ fn verdict_sentence(c: &RunsComparison) -> String {
     }
 }
 
-fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
+fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> Table {
     let dated = dates.iter().any(Option::is_some);
     let header =
         ["run", "date", "samples", "postures", "residual mm", "noise \u{b5}m", "from the others mm", "with error curves mm"];
@@ -139,11 +140,14 @@ fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
             error(1),
         ]
     };
-    let rows: Vec<Vec<String>> = c.runs.iter().enumerate().map(row).collect();
-    let kept = |row: &Vec<String>| -> Vec<String> {
-        row.iter().enumerate().filter(|(k, _)| dated || *k != 1).map(|(_, cell)| cell.clone()).collect()
+    let kept = |mut cells: Vec<String>| {
+        if !dated {
+            cells.remove(1);
+        }
+        cells
     };
-    plain_rows(&kept(&header.map(String::from).to_vec()), &rows.iter().map(kept).collect::<Vec<_>>())
+    let rows = c.runs.iter().enumerate().map(row).map(kept).collect();
+    plain_rows(kept(header.map(String::from).into()), rows)
 }
 
 fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
@@ -189,48 +193,41 @@ fn effect_sentence(registry: &Registry, e: &EffectInRuns, runs: &[&str]) -> Stri
 
 /// The comparison as text: the error at runs left out, what differs, and every parameter.
 #[must_use]
-pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
+pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> Printout {
     let names: Vec<&str> = c.runs.iter().map(|run| run.name.as_str()).collect();
-    let mut out = String::new();
+    let mut out = Printout::default();
     if let [Some(plain), Some(curved)] = c.left_out {
         let best = if c.curves { "with the error curves" } else { "with the model alone" };
-        out.push_str(&format!(
+        out.push(format!(
             "Every run predicted by the robot of the others: {:.3} mm rms, {:.3} mm with error curves of all joints. The best prediction is {best}.\n",
             plain / MM,
             curved / MM
         ));
     }
-    out.push_str(&runs_table(c, dates));
-    out.push('\n');
+    out.push(runs_table(c, dates));
+    out.push("\n");
     for run in &c.runs {
         if let Some(because) = run.from_others.iter().flatten().find_map(|r| r.as_ref().err()) {
-            out.push_str(&format!("{} cannot be judged: {because}.\n", run.name));
+            out.push(format!("{} cannot be judged: {because}.\n", run.name));
         }
     }
     for difference in &c.differences {
-        out.push_str(&difference_sentence(&c.model.registry, difference, &names));
-        out.push('\n');
+        out.push(format!("{}\n", difference_sentence(&c.model.registry, difference, &names)));
         let (named, others) = difference.aliased.split_at(difference.aliased.len().min(MOST_ALIASES));
         if !named.is_empty() {
             let more = if others.is_empty() { String::new() } else { format!("; and {} others", others.len()) };
-            out.push_str(&format!("  These runs cannot distinguish it from: {}{more}.\n", named.join("; ")));
+            out.push(format!("  These runs cannot distinguish it from: {}{more}.\n", named.join("; ")));
         }
     }
-    out.push_str(&verdict_sentence(c));
-    out.push('\n');
+    out.push(format!("{}\n", verdict_sentence(c)));
     for effect in &c.effects {
-        out.push_str(&effect_sentence(&c.model.registry, effect, &names));
-        out.push('\n');
+        out.push(format!("{}\n", effect_sentence(&c.model.registry, effect, &names)));
     }
     let drifts = c.parameters.iter().any(|p| p.drift.is_some());
-    let mut header =
-        ["parameter", "in the last run", "1 sigma", "largest change since the first", "", "unit"].map(String::from).to_vec();
+    let mut header = vec!["parameter", "in the last run", "1 sigma", "largest change since the first", "", "unit"];
     if drifts {
-        header.insert(5, "drift a month under".into());
+        header.insert(5, "drift a month under");
     }
     let rows: Vec<Vec<String>> = c.parameters.iter().map(|p| parameter_row(p, drifts)).collect();
-    out.push('\n');
-    out.push_str(&plain_rows(&header, &rows));
-    out.push('\n');
-    out
+    out + "\n" + plain_rows(header, rows) + "\n"
 }

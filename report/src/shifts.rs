@@ -1,7 +1,8 @@
 //! Shifts of the parameters caused by each effect that the model lacks: tables by the unit of the parameters.
 
 use super::effect_names::called;
-use super::tables::plain_rows;
+use super::printout::Printout;
+use super::tables::{Table, plain_rows};
 use calibench::diagnosis::shifts::{Shift, Shifts, shift_of};
 use calibench::units::Unit;
 
@@ -12,7 +13,7 @@ const PLACES: usize = 2;
 const FINER: [(Unit, &str); 2] = [(Unit::MM, "µm"), (Unit::DEG, "mdeg")];
 
 /// The shifts as tables: one row per effect, one column per parameter, compliances first; the last row combines all effects.
-pub fn shifts_text(s: &Shifts) -> String {
+pub fn shifts_text(s: &Shifts) -> Printout {
     let mut units: Vec<Unit> = Vec::new();
     for parameter in &s.parameters {
         if !units.contains(&parameter.unit) {
@@ -20,24 +21,23 @@ pub fn shifts_text(s: &Shifts) -> String {
         }
     }
     units.sort_by_key(|unit| *unit != Unit::MDEG_PER_NM);
-    let mut text = String::new();
+    let mut out = Printout::default();
     for unit in units {
-        text.push_str(&table(s, unit));
-        text.push('\n');
+        out = out + table(s, unit) + "\n";
     }
-    text.push_str(
+    out.push(
         "Shift of each parameter, one sigma, when the truth holds an effect at its plausible size (each of its numbers, one sigma, \
-         independently) and the model does not; without noise, to first order.\n",
+         independently) and the model does not; without noise, to first order.",
     );
     let untestable: Vec<String> = s.untestable.iter().map(|u| called(&s.registry, &u.effect)).collect();
     if !untestable.is_empty() {
-        text.push_str(&format!("These data cannot show: {}\n", untestable.join("; ")));
+        out.push(format!("\nThese data cannot show: {}", untestable.join("; ")));
     }
-    text.trim_end().to_owned()
+    out
 }
 
 /// The table of the parameters of one unit.
-fn table(s: &Shifts, unit: Unit) -> String {
+fn table(s: &Shifts, unit: Unit) -> Table {
     let (scale, called) =
         FINER.iter().find(|(u, _)| *u == unit).map_or((1.0, unit.printed()), |(_, finer)| (1e3, (*finer).into()));
     let columns: Vec<usize> = (0..s.parameters.len()).filter(|&k| s.parameters[k].unit == unit).collect();
@@ -50,7 +50,7 @@ fn table(s: &Shifts, unit: Unit) -> String {
     let mut rows: Vec<Vec<String>> =
         s.effects().map(|numbers| row(numbers[0].effect.to_string(), size(&numbers[0]), numbers)).collect();
     rows.push(row("all of them".into(), String::new(), &s.shifts));
-    plain_rows(&header, &rows)
+    plain_rows(header, rows)
 }
 
 /// The plausible size of an effect's first parameter, to two significant digits.
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn numbers_of_an_effect_add_up_in_squares_and_compliances_come_first() {
-        let text = shifts_text(&shifts());
+        let text = shifts_text(&shifts()).to_string();
         assert!(text.find("c2").unwrap() < text.find("a1").unwrap());
         // Triangle 3-4-5 for the wave; 5-12-13 for both effects together.
         for row in [["wave", "5.00"], ["lean", "12.00"], ["all of them", "13.00"]] {

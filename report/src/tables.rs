@@ -1,74 +1,92 @@
 //! Tables for a terminal.
 
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+use std::fmt;
+
+use comfy_table::{CellAlignment, ContentArrangement, presets::UTF8_FULL_CONDENSED};
 
 use calibench::effects::EffectId;
-use calibench::identify::calibration::Calibration;
+use calibench::identify::calibration::{Calibration, Estimate};
 use calibench::measure::dataset::NamedDataset;
 use calibench::residuals::{OrientationErrors, Validation};
 use calibench::units::{DEG, MM};
 
-/// The mark of a column that a narrow terminal may leave out: of no width, so that it moves nothing. Columns with more marks are
-/// left out first.
-pub const MARK: char = '\u{2060}';
-
-/// The header of a column that a narrow terminal may leave out; those of higher rank are left out first.
-#[macro_export]
-macro_rules! optional {
-    (1, $header:literal) => {
-        concat!("\u{2060}", $header)
-    };
-    (2, $header:literal) => {
-        concat!("\u{2060}\u{2060}", $header)
-    };
-    (3, $header:literal) => {
-        concat!("\u{2060}\u{2060}\u{2060}", $header)
-    };
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, in the header.
+    pub name: String,
+    /// 0 for a column that is always shown; of the others, a narrow terminal leaves out those of higher rank first.
+    pub rank: u8,
 }
 
-/// As [`optional!`], for a name that is not a literal.
-pub(super) fn marked(rank: usize, header: &str) -> String {
-    format!("{}{header}", MARK.to_string().repeat(rank))
+/// A column that is always shown.
+pub fn column(name: impl Into<String>) -> Column {
+    optional(0, name)
 }
 
-/// The text of tables without the marks of their columns.
-#[must_use]
-pub fn without_marks(text: &str) -> String {
-    text.replace(MARK, "")
+/// A column that a narrow terminal may leave out; those of higher rank are left out first.
+pub fn optional(rank: u8, name: impl Into<String>) -> Column {
+    Column { name: name.into(), rank }
 }
 
-/// A table with text in the first column and numbers in the others.
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled).set_header(header);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
+impl From<&str> for Column {
+    fn from(name: &str) -> Self {
+        column(name)
     }
-    table
+}
+
+impl From<String> for Column {
+    fn from(name: String) -> Self {
+        column(name)
+    }
+}
+
+/// A table that is not drawn yet. As a string, it is drawn as wide as its cells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// The columns.
+    pub header: Vec<Column>,
+    /// The cells, row by row.
+    pub rows: Vec<Vec<String>>,
+    /// True if every column but the first is right-aligned where the table is drawn as wide as its cells, words included.
+    right_aligned: bool,
+}
+
+impl Table {
+    /// True if a column holds nothing but numbers, which are right-aligned; the first column names the rows.
+    #[must_use]
+    pub fn is_numeric(&self, column: usize) -> bool {
+        let is_number = |cell: &String| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        column > 0 && self.rows.iter().all(|row| row.get(column).is_none_or(is_number))
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut drawn = comfy_table::Table::new();
+        drawn.load_preset(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
+        drawn.set_header(self.header.iter().map(|column| &column.name)).add_rows(&self.rows);
+        for (k, column) in drawn.column_iter_mut().enumerate() {
+            let right = if self.right_aligned { k > 0 } else { self.is_numeric(k) };
+            column.set_cell_alignment(if right { CellAlignment::Right } else { CellAlignment::Left });
+        }
+        drawn.fmt(f)
+    }
 }
 
 /// A table of plain rows: columns of numbers right-aligned, columns of words left-aligned.
-pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
-    laid_out(header, rows.iter().map(|row| row.as_slice()).collect())
+pub fn plain_table<const N: usize>(header: [impl Into<Column>; N], rows: Vec<[String; N]>) -> Table {
+    plain_rows(header, rows.into_iter().map(Vec::from).collect())
 }
 
 /// A table of plain rows with any number of columns, aligned as in [`plain_table`].
-pub fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    laid_out(&header, rows.iter().map(Vec::as_slice).collect())
+pub fn plain_rows(header: impl IntoIterator<Item = impl Into<Column>>, rows: Vec<Vec<String>>) -> Table {
+    Table { header: header.into_iter().map(Into::into).collect(), rows, right_aligned: false }
 }
 
-fn laid_out(header: &[&str], rows: Vec<&[String]>) -> String {
-    let mut out = table(header);
-    for (k, column) in out.column_iter_mut().enumerate() {
-        let is_number = |cell: &str| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        let numbers = k > 0 && rows.iter().all(|row| row.get(k).is_none_or(|cell| is_number(cell)));
-        column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
-    }
-    for row in rows {
-        out.add_row(row);
-    }
-    out.to_string()
+/// A table of plain rows, whose columns are right-aligned except the first.
+fn right_aligned<const N: usize>(header: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> Table {
+    Table { right_aligned: true, ..plain_table(header, rows.into_iter().collect()) }
 }
 
 /// Number of decimals that show a value to a tenth of its one-sigma, between 3 (as the paper prints) and 6.
@@ -77,9 +95,8 @@ fn decimals(sigma: f64) -> usize {
 }
 
 /// Parameters in the layout of the paper's Table 8, with one-sigma and correction.
-pub fn parameter_table(c: &Calibration) -> String {
-    let mut out = table(&["parameter", "nominal", "identified", "1 sigma", "correction", "unit"]);
-    for e in c.estimates.iter().filter(|e| e.stated_sigma.is_none()) {
+pub fn parameter_table(c: &Calibration) -> Table {
+    let row = |e: &Estimate| {
         let unit = |x: f64| e.unit.from_si(x);
         let d = decimals(unit(e.sigma));
         let flag = if e.effect.family() == EffectId::JOINT_COMPLIANCE && e.value < -3.0 * e.sigma {
@@ -87,16 +104,17 @@ pub fn parameter_table(c: &Calibration) -> String {
         } else {
             ""
         };
-        out.add_row([
+        [
             e.name.clone(),
             format!("{:.3}", unit(e.nominal)),
             format!("{:.d$}", unit(e.value)),
             format!("{:.d$}", unit(e.sigma)),
             format!("{:+.d$}", unit(e.value - e.nominal)),
             format!("{}{flag}", e.unit.printed()),
-        ]);
-    }
-    out.to_string()
+        ]
+    };
+    let rows = c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(row);
+    right_aligned(["parameter", "nominal", "identified", "1 sigma", "correction", "unit"], rows)
 }
 
 /// States that the uncertainties include the model's deficiencies, if that widens them; otherwise empty.
@@ -115,14 +133,14 @@ pub fn wider_sentence(c: &Calibration) -> String {
 const WIDER: f64 = 1.05;
 
 /// Parameters of some effects, with one-sigma.
-pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
-    let mut out = table(&["parameter", "value", "1 sigma", "unit"]);
-    for e in c.estimates.iter().filter(|e| effects.iter().any(|effect| e.effect == *effect)) {
+pub fn parameter_rows(c: &Calibration, effects: &[String]) -> Table {
+    let row = |e: &Estimate| {
         let d = decimals(e.unit.from_si(e.sigma));
         let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
-        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.printed().into_owned()]);
-    }
-    out.to_string()
+        [e.name.clone(), number(e.value), number(e.sigma), e.unit.printed().into_owned()]
+    };
+    let rows = c.estimates.iter().filter(|e| effects.iter().any(|effect| e.effect == *effect)).map(row);
+    right_aligned(["parameter", "value", "1 sigma", "unit"], rows)
 }
 
 /// Number of a parameter's correlated partners named in a sentence, the strongest first.
@@ -178,20 +196,15 @@ pub fn weighing_sentence(c: &Calibration, datasets: &[NamedDataset<'_>]) -> Stri
 }
 
 /// A table of orientation errors.
-pub fn orientation_table(errors: &OrientationErrors) -> String {
-    let mut out = table(&["orientation error, deg", "mean", "max", "std", "rms"]);
-    let numbers = [errors.mean, errors.max, errors.std, errors.rms].map(|x| format!("{:.4}", x / DEG));
-    out.add_row(std::iter::once(format!("{} samples", errors.samples)).chain(numbers));
-    out.to_string()
+pub fn orientation_table(errors: &OrientationErrors) -> Table {
+    let [mean, max, std, rms] = [errors.mean, errors.max, errors.std, errors.rms].map(|x| format!("{:.4}", x / DEG));
+    let row = [format!("{} samples", errors.samples), mean, max, std, rms];
+    right_aligned(["orientation error, deg", "mean", "max", "std", "rms"], [row])
 }
 
 /// A table of validation results, in the layout of the paper's Table 9.
-pub fn validation_table(rows: &[[String; 7]]) -> String {
-    let mut out = table(&["position error, mm", "mean", "max", "std", "rms", "median", "95 %"]);
-    for row in rows {
-        out.add_row(row);
-    }
-    out.to_string()
+pub fn validation_table(rows: Vec<[String; 7]>) -> Table {
+    right_aligned(["position error, mm", "mean", "max", "std", "rms", "median", "95 %"], rows)
 }
 
 /// A bar histogram of position errors.

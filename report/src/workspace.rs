@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::effect_names::{all_called, capital};
 use super::figures::WORKSPACE;
-use super::tables::plain_rows;
+use super::tables::{Table, plain_rows};
 use calibench::identify::calibration::IdentifyError;
 use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::units::MM;
@@ -55,7 +55,7 @@ impl Forecast {
 
     /// Expected error by distance from axis 1 (columns) and height over the base (rows, highest first), mm; blank cells hold no
     /// poses.
-    pub fn map_table(&self) -> String {
+    pub fn map_table(&self) -> Table {
         let map = self.error.map();
         let between =
             |edges: &[f64]| edges.windows(2).map(|e| format!("{:.0} .. {:.0}", e[0] / MM, e[1] / MM)).collect::<Vec<_>>();
@@ -69,7 +69,7 @@ impl Forecast {
                 std::iter::once(height).chain(cells).collect()
             })
             .collect();
-        plain_rows(&header, &rows)
+        plain_rows(header, rows)
     }
 }
 

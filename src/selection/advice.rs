@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::hold_out::HoldOut;
-use super::ladder::{Climb, LadderStep, next_step, step};
+use super::ladder::{Climb, LadderStep, RefusedStep, next_step, step};
 use super::objections::Objection;
 use crate::diagnosis::Verdict;
 use crate::identify::calibration::IdentifyError;
@@ -47,8 +47,8 @@ pub struct Advice {
     /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
     /// the curve of the joint that is significant, if that predicts better. `None` if nothing does.
     pub step: Option<Box<LadderStep>>,
-    /// Effects that the ladder tried before, and the objections to each.
-    pub refused: Vec<(String, Vec<Objection>)>,
+    /// Steps that the ladder tried before.
+    pub refused: Vec<RefusedStep>,
 }
 
 impl Advice {
@@ -57,7 +57,7 @@ impl Advice {
     /// # Errors
     /// When the gain of the effects cannot be computed.
     pub fn on(datasets: &[NamedDataset<'_>], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
-        let mut refused: Vec<(String, Vec<Objection>)> = Vec::new();
+        let mut refused: Vec<RefusedStep> = Vec::new();
         let diagnosis = &below.diagnosis;
         let verdict = diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict);
         let without_step = match diagnosis.verdict {
@@ -70,8 +70,8 @@ impl Advice {
             return Ok(Advice { to_do, step: None, refused });
         }
         let next = next_step::<Infallible>(datasets, below, ground, &mut |climb| {
-            if let Climb::Refused(effect, objections) = climb {
-                refused.push((effect.to_owned(), objections.to_vec()));
+            if let Climb::Refused(step) = climb {
+                refused.push(step.clone());
             }
             ControlFlow::Continue(())
         })?;

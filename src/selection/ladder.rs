@@ -56,11 +56,20 @@ pub enum StopReason {
     NotConverged(Outcome),
     /// None of the steps tried improves the prediction at left-out postures.
     NoStepHelps {
-        /// The effects tried, and the objections to each.
-        tried: Vec<(String, Vec<Objection>)>,
+        /// The steps tried.
+        tried: Vec<RefusedStep>,
     },
     /// The largest number of steps was reached.
     StepLimit,
+}
+
+/// A step that was tried and refused.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefusedStep {
+    /// The effects that it would add, as ids: one, or all samples that disagree with the others.
+    pub effects: Vec<String>,
+    /// The objections to it.
+    pub objections: Vec<Objection>,
 }
 
 impl StopReason {
@@ -259,8 +268,8 @@ fn readily_fitted(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<
     examined_rung(datasets, model, &examination, ground).ok()
 }
 
-/// The next step, or the effects tried and the objections to each.
-pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
+/// The next step, or those that were refused.
+pub type Next = Result<Box<LadderStep>, Vec<RefusedStep>>;
 
 /// Finds the step that a ladder takes after `below`.
 ///
@@ -284,8 +293,7 @@ pub(super) fn next_step<B>(
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
-        let together = suspects.join(" and ");
-        report(observer, Climb::Trying(&together))?;
+        report(observer, Climb::Trying(&suspects))?;
         let objections = match add(datasets, below, &suspects, ground) {
             Ok(next) => {
                 let mut objections = next.objections(below);
@@ -297,8 +305,9 @@ pub(super) fn next_step<B>(
             }
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
-        report(observer, Climb::Refused(&together, &objections))?;
-        tried.push((together, objections));
+        let refused = RefusedStep { effects: suspects.clone(), objections };
+        report(observer, Climb::Refused(&refused))?;
+        tried.push(refused);
     }
     let mut effects = candidates(&below.diagnosis);
     if below.diagnosis.shape().is_some() {
@@ -316,11 +325,11 @@ pub(super) fn next_step<B>(
         order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
     }
     for k in order {
-        let effect = &effects[k];
-        report(observer, Climb::Trying(effect))?;
+        let effect = [effects[k].to_string()];
+        report(observer, Climb::Trying(&effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
-            None => match add(datasets, below, &[effect.to_string()], ground) {
+            None => match add(datasets, below, &effect, ground) {
                 Ok(next) => {
                     let objections = next.objections(below);
                     if !objections.iter().any(Objection::refuses) {
@@ -331,8 +340,9 @@ pub(super) fn next_step<B>(
                 Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
             },
         };
-        report(observer, Climb::Refused(effect, &objections))?;
-        tried.push((effect.to_string(), objections));
+        let refused = RefusedStep { effects: effect.to_vec(), objections };
+        report(observer, Climb::Refused(&refused))?;
+        tried.push(refused);
     }
     Ok(Err(tried))
 }

@@ -380,10 +380,8 @@ impl Bench {
 /// A step of the ladder as it is run, in one line.
 fn narrated(registry: &Registry, climb: &Climb<'_>) -> String {
     match climb {
-        Climb::Trying(effect) => format!("Trying {} …", each_called(registry, effect)),
-        Climb::Refused(effect, objections) => {
-            capital(&not_added_sentence(registry, effect, &objections[..objections.len().min(1)]))
-        }
+        Climb::Trying(effects) => format!("Trying {} …", each_called(registry, effects)),
+        Climb::Refused(step) => capital(&not_added_sentence(registry, step, 1)),
         Climb::Reached(step) => ladder_step_sentence(step),
         Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
     }

@@ -148,7 +148,7 @@ pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) -> Extra
 
 /// Prints the iterations and the size of a fit, with `-v`.
 pub fn tell_fit(calibration: &Calibration) {
-    print_detail(&format!(
+    print_detail(format!(
         "fit: {} Gauss-Newton steps, {}; {} parameters from {} samples",
         calibration.iterations,
         calibration.outcome.map_or("outcome not stated", Outcome::name),

@@ -1,27 +1,26 @@
 //! The result of a design as tables.
 
-use calibench_report::plain_rows;
+use calibench_report::{Printout, Table, plain_rows};
 
 use calibench_lab::design::{Design, Held, Judged, OnMap};
 
 /// The recommended artifact: compared with others, on the map, and accuracy against size.
-pub fn design_text(design: &Design) -> String {
+pub fn design_text(design: &Design) -> Printout {
     let Design { name, question, seed, places: [places, reachable], workspace_poses, best, compared, map, front } = design;
-    let mut out = format!(
+    let mut out = Printout::from(format!(
         "{name}: {question}\nseed {seed}; {places} places, {reachable} of them can be probed; judged at {workspace_poses} poses of the workspace\n\nRECOMMENDED\n"
-    );
-    let words = |w: &[&str]| w.iter().map(|s| (*s).to_owned()).collect::<Vec<String>>();
+    ));
     let balls: Vec<Vec<String>> =
         best.balls.iter().map(|(id, at)| std::iter::once(id.clone()).chain(at.map(|v| format!("{v:.1}"))).collect()).collect();
-    out.push_str(&plain_rows(&words(&["ball", "x mm", "y mm", "z mm"]), &balls));
-    out.push_str("\n\nUNCERTAINTY of the TCP over the workspace, one-sigma, µm\n");
+    out.push(plain_rows(["ball", "x mm", "y mm", "z mm"], balls));
+    out.push("\n\nUNCERTAINTY of the TCP over the workspace, one-sigma, µm\n");
     let all: Vec<&Judged> = std::iter::once(best).chain(compared).collect();
-    let head = words(&["artifact", "balls", "probings", "worst", "mean", "kg", "size mm"]);
+    let head = ["artifact", "balls", "probings", "worst", "mean", "kg", "size mm"];
     let rows: Vec<Vec<String>> = all.iter().map(|j| row(&j.name, j)).collect();
-    out.push_str(&plain_rows(&head, &rows));
+    out.push(plain_rows(head, rows));
     if all.iter().any(|j| j.verified.is_some()) {
-        out.push_str("\n\nTRIED on the simulated cell: distance of the calibrated TCP from the true one, rms, µm, and its 95 % band;\nwhat the encoders do not see at that moment is in both\n");
-        let head = words(&["artifact", "trials", "all poses: predicted", "measured", "worst pose: predicted", "measured"]);
+        out.push("\n\nTRIED on the simulated cell: distance of the calibrated TCP from the true one, rms, µm, and its 95 % band;\nwhat the encoders do not see at that moment is in both\n");
+        let head = ["artifact", "trials", "all poses: predicted", "measured", "worst pose: predicted", "measured"];
         let rows: Vec<Vec<String>> = all
             .iter()
             .filter_map(|j| j.verified.as_ref().map(|v| (j, v)))
@@ -31,15 +30,15 @@ pub fn design_text(design: &Design) -> String {
                 row
             })
             .collect();
-        out.push_str(&plain_rows(&head, &rows));
+        out.push(plain_rows(head, rows));
     }
     if let Some(map) = map {
-        out.push_str("\n\nMAP: worst one-sigma, µm, with the ball at x (down), y (across); the best of the heights\n");
-        out.push_str(&map_text(map));
+        out.push("\n\nMAP: worst one-sigma, µm, with the ball at x (down), y (across); the best of the heights\n");
+        out.push(map_table(map));
     }
     if !front.is_empty() {
-        out.push_str("\n\nFRONT: accuracy against size\n");
-        let head = words(&["box", "balls", "probings", "worst", "mean", "kg", "size mm"]);
+        out.push("\n\nFRONT: accuracy against size\n");
+        let head = ["box", "balls", "probings", "worst", "mean", "kg", "size mm"];
         let rows: Vec<Vec<String>> = front
             .iter()
             .map(|f| {
@@ -51,7 +50,7 @@ pub fn design_text(design: &Design) -> String {
                 row
             })
             .collect();
-        out.push_str(&plain_rows(&head, &rows));
+        out.push(plain_rows(head, rows));
     }
     out
 }
@@ -75,7 +74,7 @@ fn held(held: &Held) -> [String; 2] {
 }
 
 /// Rows along x, columns along y; a dot where the ball cannot be placed or probed.
-fn map_text(map: &[OnMap]) -> String {
+fn map_table(map: &[OnMap]) -> Table {
     let distinct = |i: usize| {
         let mut values: Vec<f64> = map.iter().map(|m| m.centre_mm[i]).collect();
         values.sort_by(f64::total_cmp);
@@ -91,5 +90,5 @@ fn map_text(map: &[OnMap]) -> String {
     let cell = |x: f64, y: f64| best(x, y).map_or_else(|| ".".to_owned(), |(worst, z)| format!("{worst:.1} at {z:.0}"));
     let rows: Vec<Vec<String>> =
         xs.iter().map(|&x| std::iter::once(format!("{x:.0}")).chain(ys.iter().map(|&y| cell(x, y))).collect()).collect();
-    plain_rows(&head, &rows)
+    plain_rows(head, rows)
 }

@@ -3,7 +3,7 @@
 use calibench::diagnosis::Verdict;
 use calibench::effects::registry::Registry;
 use calibench_report::documents::{HiddenEffect, HiddenParameter, Named};
-use calibench_report::{called, optional, plain_table};
+use calibench_report::{Printout, called, column, optional, plain_table};
 
 use calibench_sim::ground_truth::{GroundTruth, Hidden, HiddenNumber, Met};
 
@@ -11,13 +11,13 @@ use calibench_sim::ground_truth::{GroundTruth, Hidden, HiddenNumber, Met};
 const SHOWN: usize = 3;
 
 /// One line per effect, and the overall result of the diagnosis.
-pub fn hidden_text(truth: &GroundTruth) -> String {
+pub fn hidden_text(truth: &GroundTruth) -> Printout {
     if truth.hidden.is_empty() {
-        return format!("nothing is hidden in this cell; {}", said(truth));
+        return format!("nothing is hidden in this cell; {}", said(truth)).into();
     }
     let rows: Vec<[String; 5]> = truth.hidden.iter().map(row).collect();
-    let header = ["hidden", optional!(1, "size"), "found", "estimate", optional!(1, "x noise")];
-    format!("{}\n{}", plain_table(&header, &rows), said(truth))
+    let header = [column("hidden"), optional(1, "size"), column("found"), column("estimate"), optional(1, "x noise")];
+    Printout::from(plain_table(header, rows)) + "\n" + said(truth)
 }
 
 fn said(truth: &GroundTruth) -> String {

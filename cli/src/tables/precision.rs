@@ -1,7 +1,7 @@
 //! Output of `precision`.
 
 use calibench::units::UM;
-use calibench_report::plain_table;
+use calibench_report::{Printout, Table, plain_table};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -21,30 +21,31 @@ fn band([low, high]: [f64; 2]) -> String {
 }
 
 /// The procedure and its results: the deviations compared with the paper's, their spread, and the budget.
-pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &PrecisionTest, budget: &Budget) -> String {
-    format!(
-        "Precision of the TriCal of scenario '{scenario}' on a simulated measuring machine, seed {seed}: the procedure of the paper's Table 3\n{}\n\n\
-         Deviation of the datum ball from the master ball, um\n{}\n\n{}\n\n\
-         What it is made of: root mean square of the 3-D deviation over {} such tests, µm\n{}\n{}",
-        procedure(setup, test),
-        deviations(setup, test),
+pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &PrecisionTest, budget: &Budget) -> Printout {
+    let title = format!(
+        "Precision of the TriCal of scenario '{scenario}' on a simulated measuring machine, seed {seed}: the procedure of the paper's Table 3\n"
+    );
+    let mut out = Printout::from(title) + procedure(setup, test);
+    out = out + "\n\nDeviation of the datum ball from the master ball, um\n" + deviations(setup, test);
+    out.push("\nThe paper prints the largest deviation alone, no coordinates, and does not say whether it is 3-D.");
+    out.push(format!(
+        "\n\n{}\n\nWhat it is made of: root mean square of the 3-D deviation over {} such tests, µm\n",
         spread(budget),
-        budget.trials,
-        contributions(setup, budget),
-        sum(budget),
-    )
+        budget.trials
+    ));
+    out + contributions(setup, budget) + "\n" + sum(budget)
 }
 
 fn point(v: &Vector3<f64>) -> String {
     format!("{}, {}, {} µm", signed(v.x), signed(v.y), signed(v.z))
 }
 
-fn procedure(setup: &Setup, test: &PrecisionTest) -> String {
+fn procedure(setup: &Setup, test: &PrecisionTest) -> Table {
     let left = test.repetitions.iter().map(|r| r.left.amax()).fold(0.0, f64::max);
     let steps: Vec<String> = test.repetitions.iter().map(|r| r.steps.to_string()).collect();
     let residual = Vector3::from(test.mastering.preset_residual);
     let row = |step: &str, done: &str, result: String| [step.to_owned(), done.to_owned(), result];
-    let rows = [
+    let rows = vec![
         row("1", "1.5-inch master ball into the trihedral socket", String::new()),
         row("2", "master the three indicators: 6.350 mm", format!("they then read {} more", point(&residual))),
         row("3", "measure the master ball", format!("at {}", point(&test.master))),
@@ -54,10 +55,10 @@ fn procedure(setup: &Setup, test: &PrecisionTest) -> String {
         row("7", "datum ball away", String::new()),
         row("8", "5 to 7 again", format!("{} in all, {:.0} min", setup.repetitions, test.duration_s / 60.0)),
     ];
-    plain_table(&["step", "what is done", "what came out"], &rows)
+    plain_table(["step", "what is done", "what came out"], rows)
 }
 
-fn deviations(setup: &Setup, test: &PrecisionTest) -> String {
+fn deviations(setup: &Setup, test: &PrecisionTest) -> Table {
     let none = || "-".to_owned();
     let mut rows: Vec<[String; 6]> = test
         .repetitions
@@ -81,8 +82,7 @@ fn deviations(setup: &Setup, test: &PrecisionTest) -> String {
         format!("{PAPER_LARGEST_UM:.0}, about"),
         tolerance,
     ]);
-    let table = plain_table(&["", "x", "y", "z", "3-D", "left at the stop"], &rows);
-    format!("{table}\nThe paper prints the largest deviation alone, no coordinates, and does not say whether it is 3-D.")
+    plain_table(["", "x", "y", "z", "3-D", "left at the stop"], rows)
 }
 
 fn spread(budget: &Budget) -> String {
@@ -116,7 +116,7 @@ fn share(share: &Share) -> String {
     format!("{:.0} % ({low:.0} to {high:.0} %)", 100.0 * share.value())
 }
 
-fn contributions(setup: &Setup, budget: &Budget) -> String {
+fn contributions(setup: &Setup, budget: &Budget) -> Table {
     let mut all = budget.contributions.clone();
     // The sort is stable: equal shares keep the order of the sources.
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -134,7 +134,7 @@ fn contributions(setup: &Setup, budget: &Budget) -> String {
             ]
         })
         .collect();
-    plain_table(&["source", "size", "alone", "95 % band", "share, %", "all but it"], &rows)
+    plain_table(["source", "size", "alone", "95 % band", "share, %", "all but it"], rows)
 }
 
 fn sum(budget: &Budget) -> String {

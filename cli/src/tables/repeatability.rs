@@ -2,7 +2,7 @@
 
 use calibench::residuals::{LostMotion, PoseRepeatability, StationRepeatability};
 use calibench::units::{MM, UM, URAD};
-use calibench_report::plain_table;
+use calibench_report::{Printout, Table, plain_table};
 use serde_json::{Value, json};
 
 use calibench_sim::repeatability::Visited;
@@ -22,26 +22,27 @@ pub struct Whose<'a> {
 const DIFFERENT: f64 = 0.01;
 
 /// Repeatability by station, lost motion by joint, each with its 95 % interval.
-pub fn repeatability_text(whose: &Whose<'_>, visited: &Visited) -> String {
+pub fn repeatability_text(whose: &Whose<'_>, visited: &Visited) -> Printout {
     let found = &visited.repeatability;
     let time: f64 = visited.records.iter().map(|r| r.duration_s).sum();
     let returns = found.stations.first().map_or(0, |s| s.attained.count);
-    format!(
+    let title = format!(
         "Repeatability of the robot of {} by the gauge: {returns} returns to each of {} postures, {:.0} min of cell time\n\n\
-         RP after ISO 9283 (mean distance from the barycentre and three standard deviations), um, 95 % interval in brackets\n{}\n\
-         attained: back at the same joints from one side. unseen: the part that the encoders do not see.\n\
-         probing: of one centring, by encoders and readings. gauge: the readings alone, nothing moving; it is in all three.\n\n\
-         Lost motion: angle after moving up less angle after moving down, beyond what the encoders see, 95 % interval in brackets\n{}\n{}",
+         RP after ISO 9283 (mean distance from the barycentre and three standard deviations), um, 95 % interval in brackets\n",
         whose.name,
         found.stations.len(),
         time / 60.0,
-        stations_table(whose.balls, &found.stations),
-        joints_table(&found.lost_motion),
-        agreement(&found.lost_motion),
-    )
+    );
+    let mut out = Printout::from(title) + stations_table(whose.balls, &found.stations);
+    out.push(
+        "\nattained: back at the same joints from one side. unseen: the part that the encoders do not see.\n\
+         probing: of one centring, by encoders and readings. gauge: the readings alone, nothing moving; it is in all three.\n\n\
+         Lost motion: angle after moving up less angle after moving down, beyond what the encoders see, 95 % interval in brackets\n",
+    );
+    out + joints_table(&found.lost_motion) + "\n" + agreement(&found.lost_motion)
 }
 
-fn stations_table(balls: &[String], stations: &[StationRepeatability]) -> String {
+fn stations_table(balls: &[String], stations: &[StationRepeatability]) -> Table {
     let rows: Vec<[String; 6]> = stations
         .iter()
         .map(|s| {
@@ -49,7 +50,7 @@ fn stations_table(balls: &[String], stations: &[StationRepeatability]) -> String
             [s.id.clone(), balls[s.ball].clone(), attained, unseen, probing, gauge]
         })
         .collect();
-    plain_table(&["posture", "ball", "attained", "unseen", "probing", "gauge"], &rows)
+    plain_table(["posture", "ball", "attained", "unseen", "probing", "gauge"], rows)
 }
 
 fn rp_text(found: &PoseRepeatability) -> String {
@@ -57,7 +58,7 @@ fn rp_text(found: &PoseRepeatability) -> String {
     format!("{:.1} ({low:.1} to {high:.1})", found.rp / UM)
 }
 
-fn joints_table(joints: &[LostMotion]) -> String {
+fn joints_table(joints: &[LostMotion]) -> Table {
     let rows: Vec<[String; 5]> = joints
         .iter()
         .map(|j| {
@@ -68,7 +69,7 @@ fn joints_table(joints: &[LostMotion]) -> String {
             [(j.joint + 1).to_string(), reversal, lever, format!("{:.1}", most_at_tcp(j) / UM), verdict.into()]
         })
         .collect();
-    plain_table(&["joint", "reversal, µrad", "lever, mm", "at the TCP at most, µm", ""], &rows)
+    plain_table(["joint", "reversal, µrad", "lever, mm", "at the TCP at most, µm", ""], rows)
 }
 
 /// Largest TCP error of a target approached from the other side, at the joint's longest lever, m, from the far end of the

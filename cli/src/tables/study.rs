@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::disk::write_whole;
-use calibench_report::plain_rows;
+use calibench_report::{Printout, plain_rows};
 use serde_json::{Map, Value, json};
 
 use crate::terminal::failure::Failure;
@@ -47,15 +47,13 @@ impl Products {
 }
 
 /// Quantiles of the position errors and coverage of the intervals, by point and method.
-pub fn study_text(summary: &Summary, extent: Extent) -> String {
+pub fn study_text(summary: &Summary, extent: Extent) -> Printout {
     let Extent { first, trials } = extent;
     let which = if first == 0 { String::new() } else { format!(" (trials {first} to {})", first + trials - 1) };
     let many = if summary.points.len() == 1 { String::new() } else { format!(" at each of {} points", summary.points.len()) };
-    let mut out = format!("{}, seed {}: {trials} trials{many}{which}\n\n", summary.study, summary.seed);
+    let mut out = Printout::from(format!("{}, seed {}: {trials} trials{many}{which}\n\n", summary.study, summary.seed));
     if summary.is_weighted() {
-        out.push_str(&rare_text(summary));
-        out.push_str(&failures(summary));
-        return out;
+        return out + rare_text(summary) + failures(summary);
     }
     let mut header = summary.axes.clone();
     header.extend(["method", "done", "mm"].map(String::from));
@@ -79,14 +77,13 @@ pub fn study_text(summary: &Summary, extent: Extent) -> String {
             }
         }
     }
-    out.push_str(&plain_rows(&header, &rows));
-    out.push_str("\n\nIn brackets: where endless trials would have the median, and the share; 95 % bands, by order statistics and by Wilson.\n");
-    out.push_str(&failures(summary));
-    out
+    out.push(plain_rows(header, rows));
+    out.push("\n\nIn brackets: where endless trials would have the median, and the share; 95 % bands, by order statistics and by Wilson.\n");
+    out + failures(summary)
 }
 
 /// The errors that the share requested stay within, by point and method.
-fn rare_text(summary: &Summary) -> String {
+fn rare_text(summary: &Summary) -> Printout {
     let mut header = summary.axes.clone();
     header.extend(["method", "robots", "mm", "within", "95 % band", "plain trials"].map(String::from));
     let mut rows = Vec::new();
@@ -109,7 +106,7 @@ fn rare_text(summary: &Summary) -> String {
     }
     let note = "\n\nThe worst robots were sampled more often, and weighted accordingly. The band contains the error of endless trials \
                 in 95 of 100 studies. Plain trials: how many a study without --rare needs to be as certain.\n";
-    plain_rows(&header, &rows) + note
+    Printout::from(plain_rows(header, rows)) + note
 }
 
 /// A share in per cent, without the noise of its last bits.

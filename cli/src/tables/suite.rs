@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use calibench_report::plain_table;
+use calibench_report::{Printout, plain_table};
 
 use calibench_lab::suite::{ClassRow, Share, Tally};
 
 /// One line per class, the worst first; `by_ladder` tells whether the ladder's advice was followed.
-pub fn classes_text(classes: &[ClassRow], by_ladder: bool) -> String {
+pub fn classes_text(classes: &[ClassRow], by_ladder: bool) -> Printout {
     let header = [
         "class",
         "trials",
@@ -40,14 +40,15 @@ pub fn classes_text(classes: &[ClassRow], by_ladder: bool) -> String {
         })
         .collect();
     let advice = if by_ladder { "what the ladder recommends" } else { "the effect that is claimed, where one is" };
-    let mut out = format!("CLASSES, the worst first; after: with {advice}\n{}\n", plain_table(&header, &rows));
+    let mut out =
+        Printout::from(format!("CLASSES, the worst first; after: with {advice}\n")) + plain_table(header, rows) + "\n";
     if by_ladder {
         let rows: Vec<[String; 3]> = classes
             .iter()
             .map(|c| [c.class.clone(), share(c.band_holds_after), ratio(c.predicted_over_actual_after[1])])
             .collect();
         let header = ["class, after the ladder", "band holds", "predicted/actual"];
-        out.push_str(&format!("\n{}\n", plain_table(&header, &rows)));
+        out = out + "\n" + plain_table(header, rows) + "\n";
     }
     out
 }
@@ -57,7 +58,7 @@ fn mm(value: f64) -> String {
 }
 
 /// Rates, the power curve, and the confusion table.
-pub fn suite_text(t: &Tally) -> String {
+pub fn suite_text(t: &Tally) -> Printout {
     let mut rows = vec![
         row("nothing hidden, an effect claimed", t.false_alarms),
         row("the same, noise stated too small", t.false_alarms_noise_wrong),
@@ -74,17 +75,16 @@ pub fn suite_text(t: &Tally) -> String {
     rows.push(row("  workspace error predicted within 25 %", t.predicted_within_25_percent));
     rows.extend(t.unknown_said_so.iter().map(|(case, share)| row(&format!("{case}: reported"), *share)));
     rows.extend(t.unknown_joint.iter().map(|(case, share)| row(&format!("{case}: the joint right"), *share)));
-    let mut out = format!("{} blind trials\n\n", t.trials);
-    out.push_str(&plain_table(&["what", "trials", "share"], &rows));
+    let mut out = Printout::from(format!("{} blind trials\n\n", t.trials)) + plain_table(["what", "trials", "share"], rows);
     let [low, middle, high] = t.predicted_over_actual.map(ratio);
-    out.push_str(&format!(
+    out.push(format!(
         "\n\nThe credible set holds {} effects on average. Adding what was found leaves {} of the workspace error (median, where there is more\n\
          than noise), {} times what adding the hidden effect leaves. Predicted over actual error: {middle} ({low} to {high} in eight of ten).\n",
         ratio(t.set_size),
         ratio(t.after_over_before),
         ratio(t.after_over_oracle)
     ));
-    out.push_str("\nPOWER, by how large the hidden effect is beside what the fit absorbs of it\n");
+    out.push("\nPOWER, by how large the hidden effect is beside what the fit absorbs of it\n");
     let power: Vec<[String; 4]> = t
         .power
         .iter()
@@ -93,10 +93,9 @@ pub fn suite_text(t: &Tally) -> String {
             [format!("{}{to} times the noise", p.visible_from), p.detected.of.to_string(), share(p.detected), share(p.right)]
         })
         .collect();
-    out.push_str(&plain_table(&["visible", "trials", "found", "found and right"], &power));
-    out.push_str("\n\nWHICH EFFECT WAS MISTAKEN FOR WHICH, one effect hidden\n");
-    out.push_str(&plain_table(&["hidden", "said", "something else"], &confusion(&t.families)));
-    out
+    out.push(plain_table(["visible", "trials", "found", "found and right"], power));
+    out.push("\n\nWHICH EFFECT WAS MISTAKEN FOR WHICH, one effect hidden\n");
+    out + plain_table(["hidden", "said", "something else"], confusion(&t.families))
 }
 
 /// A ratio, or a dash if no trial gives one.

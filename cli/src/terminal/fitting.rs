@@ -3,9 +3,9 @@
 
 use std::io::IsTerminal;
 
-use calibench_report::{MARK, without_marks};
+use calibench_report::{Block, Column, Printout, Table};
 use comfy_table::{
-    CellAlignment, ColumnConstraint, ContentArrangement, Table, Width,
+    CellAlignment, ColumnConstraint, ContentArrangement, Width,
     presets::{NOTHING, UTF8_FULL_CONDENSED},
 };
 
@@ -23,27 +23,19 @@ pub fn columns(wide: bool) -> Option<usize> {
 }
 
 /// The text with no line wider than `columns`, as far as its words allow.
-pub fn fitted(text: &str, columns: usize) -> String {
-    let mut out: Vec<String> = Vec::new();
-    let mut lines = text.lines().peekable();
-    while let Some(line) = lines.next() {
-        if !line.starts_with('┌') {
-            out.push(wrapped(line, columns));
-            continue;
+pub fn fitted(printout: &Printout, columns: usize) -> String {
+    let fitted = |block: &Block| match block {
+        Block::Text(text) => text.split('\n').map(|line| wrapped(line, columns)).collect::<Vec<_>>().join("\n"),
+        Block::Table(table) => {
+            let whole = table.to_string();
+            if whole.lines().all(|line| width(line) <= columns) { whole } else { narrowed(table, columns) }
         }
-        let mut table = vec![line];
-        while let Some(line) = lines.next_if(|line| line.starts_with(['│', '╞', '├', '└'])) {
-            table.push(line);
-        }
-        let fits = table.iter().all(|line| width(line) <= columns);
-        out.push(if fits { without_marks(&table.join("\n")) } else { narrowed(&table, columns) });
-    }
-    let end = if text.ends_with('\n') { "\n" } else { "" };
-    format!("{}{end}", out.join("\n"))
+    };
+    printout.blocks().iter().map(fitted).collect()
 }
 
 fn width(text: &str) -> usize {
-    text.chars().filter(|c| !['\n', MARK].contains(c)).count()
+    text.chars().filter(|c| *c != '\n').count()
 }
 
 /// A line, further lines below its beginning.
@@ -82,11 +74,6 @@ fn filled(label: &str, text: &str, hanging: usize, columns: usize) -> String {
     out + &line
 }
 
-/// The cells of a line of a table.
-fn cells(line: &str) -> Vec<String> {
-    line.trim_matches('│').split('┆').map(|cell| cell.trim().to_owned()).collect()
-}
-
 /// Height of a cell, lines, beyond which columns that may be left out are dropped.
 const TALLEST: usize = 2;
 
@@ -94,97 +81,100 @@ const TALLEST: usize = 2;
 const TALLEST_HEADER: usize = 3;
 
 /// A table that is too wide: with its cells wrapped, without the columns that may be left out, or as a list.
-fn narrowed(table: &[&str], columns: usize) -> String {
-    let mut rows: Vec<Vec<String>> = table.iter().filter(|line| line.starts_with('│')).map(|line| cells(line)).collect();
-    let mut header =
-        if table.iter().any(|line| line.starts_with('╞')) && !rows.is_empty() { rows.remove(0) } else { Vec::new() };
+fn narrowed(table: &Table, columns: usize) -> String {
+    let mut table = trimmed(table);
     let mut left_out: Vec<String> = Vec::new();
     let fit = loop {
-        if let Some(fit) = wrapped_table(&header, &rows, columns) {
+        if let Some(fit) = framed(&table, columns).filter(|fit| is_low(fit, table.rows.len())) {
             break Some(fit);
         }
         // Columns of one rank mean little without each other.
-        let rank = |k: &usize| header[*k].chars().filter(|c| *c == MARK).count();
-        let Some(highest) = (0..header.len()).map(|k| rank(&k)).max().filter(|rank| *rank > 0) else { break None };
-        for place in (0..header.len()).filter(|k| rank(k) == highest).collect::<Vec<_>>().into_iter().rev() {
-            left_out.push(without_marks(&header.remove(place)));
-            rows.iter_mut().filter(|row| place < row.len()).for_each(|row| drop(row.remove(place)));
+        let Some(highest) = table.header.iter().map(|column| column.rank).max().filter(|rank| *rank > 0) else { break None };
+        for place in (0..table.header.len()).rev() {
+            if table.header[place].rank == highest {
+                left_out.push(table.header.remove(place).name);
+                table.rows.iter_mut().filter(|row| place < row.len()).for_each(|row| drop(row.remove(place)));
+            }
         }
     };
-    let fit = fit.or_else(|| tall_table(&header, &rows, columns)).unwrap_or_else(|| listed(&header, &rows, columns));
+    let fit = fit.or_else(|| framed(&table, columns)).or_else(|| unframed(&table, columns));
+    let fit = fit.unwrap_or_else(|| listed(&table, columns));
     if left_out.is_empty() {
-        return without_marks(&fit);
+        return fit;
     }
     left_out.reverse();
     let rest = filled("", &format!("not shown: {}; --wide shows all", left_out.join(", ")), 2, columns);
-    format!("{}\n{rest}", without_marks(&fit))
+    format!("{fit}\n{rest}")
+}
+
+/// The table without blanks around its cells, which align them where there is room.
+fn trimmed(table: &Table) -> Table {
+    let mut table = table.clone();
+    let names = table.header.iter_mut().map(|column| &mut column.name);
+    names.chain(table.rows.iter_mut().flatten()).for_each(|cell| *cell = cell.trim().to_owned());
+    table
 }
 
 /// The widest word of each column; a value stays with its uncertainty.
-fn widest_words(header: &[String], rows: &[Vec<String>]) -> Vec<usize> {
-    let count = rows.iter().map(Vec::as_slice).chain([header]).map(<[String]>::len).max().unwrap_or(0);
-    let longest = |column: usize| {
-        let joined = |cell: &String| cell.replace(" ± ", "_±_").split_whitespace().map(width).max();
-        rows.iter().map(Vec::as_slice).chain([header]).filter_map(|row| row.get(column)).filter_map(joined).max().unwrap_or(0)
+fn widest_words(table: &Table) -> Vec<usize> {
+    let widest = |cell: &String| cell.replace(" ± ", "_±_").split_whitespace().map(width).max();
+    let of_column = |(k, column): (usize, &Column)| {
+        let cells = table.rows.iter().filter_map(|row| row.get(k));
+        cells.chain([&column.name]).filter_map(widest).max().unwrap_or(0)
     };
-    (0..count).map(longest).collect()
+    table.header.iter().enumerate().map(of_column).collect()
 }
 
-/// The table with cells of no more than a few lines; `None` if that does not fit.
-fn wrapped_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Option<String> {
-    // A frame is worth a column that may be left out.
-    let text = tall_table(header, rows, columns).filter(|text| text.starts_with('┌'))?;
-    let (head, row) = heights(rows, &text);
-    (head <= TALLEST_HEADER && row <= TALLEST).then_some(text)
+/// True if a framed table of so many rows has cells of no more than a few lines; of the rows, on average: a few tall ones do no
+/// harm.
+fn is_low(framed: &str, rows: usize) -> bool {
+    let lines = framed.lines().count();
+    let header = framed.lines().take_while(|line| !line.starts_with('╞')).count();
+    // Besides the header and the rows there are the frame's top, its bottom and the line between them.
+    header - 1 <= TALLEST_HEADER && (lines - header - 2).div_ceil(rows.max(1)) <= TALLEST
 }
 
-/// Lines of the header of a framed table, and of a row on average: a few tall ones do no harm.
-fn heights(rows: &[Vec<String>], text: &str) -> (usize, usize) {
-    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with(['┌', '└'])).collect();
-    let head = lines.iter().position(|line| line.starts_with('╞'));
-    let body = lines.len() - head.map_or(0, |head| head + 1);
-    (head.unwrap_or(0), body.div_ceil(rows.len().max(1)))
+/// The table in a frame, its cells wrapped; `None` if a word would have to be broken.
+fn framed(table: &Table, columns: usize) -> Option<String> {
+    let least = widest_words(table);
+    (least.iter().sum::<usize>() + 3 * least.len() < columns)
+        .then(|| wrapped_table(table, &least, columns, UTF8_FULL_CONDENSED, (1, 1)))
 }
 
-/// The table with its cells wrapped, in a frame if there is room for one; `None` if a word would have to be broken.
-fn tall_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Option<String> {
-    let least = widest_words(header, rows);
-    let (count, words) = (least.len(), least.iter().sum::<usize>());
-    let (preset, padding) = match columns {
-        _ if words + 3 * count < columns => (UTF8_FULL_CONDENSED, (1, 1)),
-        _ if words + 2 * count <= columns => (NOTHING, (0, 2)),
-        _ => return None,
-    };
-    let mut out = Table::new();
+/// The table without a frame, its cells wrapped; `None` if a word would have to be broken.
+fn unframed(table: &Table, columns: usize) -> Option<String> {
+    let least = widest_words(table);
+    (least.iter().sum::<usize>() + 2 * least.len() <= columns).then(|| wrapped_table(table, &least, columns, NOTHING, (0, 2)))
+}
+
+fn wrapped_table(table: &Table, least: &[usize], columns: usize, preset: &str, padding: (u16, u16)) -> String {
+    let mut out = comfy_table::Table::new();
     out.load_preset(preset).set_content_arrangement(ContentArrangement::Dynamic);
-    out.set_width(u16::try_from(columns).unwrap_or(u16::MAX)).set_header(header);
-    for row in rows {
-        out.add_row(row);
-    }
+    out.set_width(u16::try_from(columns).unwrap_or(u16::MAX)).set_header(table.header.iter().map(|column| &column.name));
+    out.add_rows(&table.rows);
     for (k, column) in out.column_iter_mut().enumerate() {
-        let is_number = |cell: &String| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        let numbers = k > 0 && rows.iter().all(|row| row.get(k).is_none_or(is_number));
-        column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
+        column.set_cell_alignment(if table.is_numeric(k) { CellAlignment::Right } else { CellAlignment::Left });
         column.set_padding(padding);
         column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(u16::try_from(least[k] + 2).unwrap_or(u16::MAX))));
     }
-    Some(out.to_string())
+    out.to_string()
 }
 
 /// Each row as its first cell, then the others by name.
-fn listed(header: &[String], rows: &[Vec<String>], columns: usize) -> String {
+fn listed(table: &Table, columns: usize) -> String {
+    let name = |k: usize| table.header.get(k).map(|column| column.name.as_str()).filter(|name| !name.is_empty());
     let of_row = |row: &Vec<String>| {
-        let named = |(k, cell): (usize, &String)| {
-            let name = header.get(k).filter(|name| !name.is_empty());
-            name.map_or_else(|| cell.clone(), |name| format!("{name}: {cell}"))
-        };
+        let named = |(k, cell): (usize, &String)| name(k).map_or_else(|| cell.clone(), |name| format!("{name}: {cell}"));
         let rest: Vec<String> = row.iter().enumerate().skip(1).filter(|(_, cell)| !cell.is_empty()).map(named).collect();
         let first = row.first().map_or("", String::as_str);
         let number = first.starts_with(|c: char| c.is_ascii_digit());
-        let first = header.first().filter(|_| number).map_or_else(|| first.to_owned(), |name| format!("{name} {first}"));
+        let first = match table.header.first().filter(|_| number) {
+            Some(column) => format!("{} {first}", column.name),
+            None => first.to_owned(),
+        };
         format!("{first}\n{}", filled("    ", &rest.join("; "), 4, columns))
     };
-    rows.iter().map(of_row).collect::<Vec<_>>().join("\n")
+    table.rows.iter().map(of_row).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]
@@ -196,9 +186,9 @@ mod tests {
     #[test]
     fn sentences_break_between_words_and_stay_below_their_beginning() {
         let text = "  Do: compare the order with the gear ratio and its double; or add it\nshort\n";
-        let fit = fitted(text, 40);
+        let fit = fitted(&text.into(), 40);
         assert_eq!(fit, "  Do: compare the order with the gear\n    ratio and its double; or add it\nshort\n");
-        assert_eq!(fitted(text, 200), text);
+        assert_eq!(fitted(&text.into(), 200), text);
     }
 
     #[test]
@@ -207,9 +197,9 @@ mod tests {
             ["harmonic1:1", "a joint errs once per turn", "0.956", "sin -267.473 ± 14.638 µrad"],
             ["bearing_tilt:1", "its bearing tilts under load", "0.020", "k 18.244 ± 4.938 µrad/(N·m)"],
         ];
-        let text =
-            plain_table(&["effect", "what", "probability", "as it would be fitted"], &rows.map(|row| row.map(String::from)));
-        assert!(text.lines().all(|line| width(line) > 80));
+        let header = ["effect", "what", "probability", "as it would be fitted"];
+        let text = Printout::from(plain_table(header, rows.map(|row| row.map(String::from)).into()));
+        assert!(text.to_string().lines().all(|line| width(line) > 80));
         for columns in [80, 60, 40] {
             let fit = fitted(&text, columns);
             assert!(fit.lines().all(|line| width(line) <= columns), "{columns}:\n{fit}");

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use calibench::files::FileError;
 use calibench::files::disk::check_output_file;
-use calibench_report::without_marks;
+use calibench_report::Printout;
 
 use super::failure::Failure;
 use super::fitting::fitted;
@@ -81,23 +81,23 @@ pub fn is_detailed() -> bool {
 }
 
 /// Prints a message in addition to the result: not with `-q`.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub fn print(text: impl Into<Printout>) -> Result<(), Failure> {
     if is_told() { print_answer(text) } else { Ok(()) }
 }
 
 /// Prints what was requested, as wide as the terminal; into a closed pipe, nothing.
-pub fn print_answer(text: &str) -> Result<(), Failure> {
+pub fn print_answer(text: impl Into<Printout>) -> Result<(), Failure> {
     let Manner { columns, colour, beside, .. } = manner();
     if beside {
         tell(text);
         return Ok(());
     }
-    let text = laid_out(text, columns);
+    let text = laid_out(&text.into(), columns);
     print_as_it_is(&if colour.for_stream(&std::io::stdout()) { painted(&text) } else { text })
 }
 
 /// Prints how a result came about on standard error: with `-v` only.
-pub fn print_detail(text: &str) {
+pub fn print_detail(text: impl Into<Printout>) {
     if is_detailed() {
         tell(text);
     }
@@ -105,7 +105,7 @@ pub fn print_detail(text: &str) {
 
 /// Says that a file was written, with `-v` only: a verb says of itself where its main result is.
 pub fn print_written(path: &std::path::Path) {
-    print_detail(&format!("written: {}", path.display()));
+    print_detail(format!("written: {}", path.display()));
 }
 
 /// Prints a remark on standard error: not with `-q`.
@@ -123,19 +123,16 @@ pub fn warn(text: &str) {
 }
 
 /// Prints the reason why a verb ends, or ends otherwise than hoped.
-pub fn tell(text: &str) {
+pub fn tell(text: impl Into<Printout>) {
     let Manner { columns, colour, .. } = manner();
     // COLUMNS counts for what a person reads; logs keep their lines.
-    let text = laid_out(text, columns.filter(|_| std::io::stderr().is_terminal()));
+    let text = laid_out(&text.into(), columns.filter(|_| std::io::stderr().is_terminal()));
     let text = if colour.for_stream(&std::io::stderr()) { painted(&text) } else { text };
     drop(writeln!(std::io::stderr(), "{text}"));
 }
 
-fn laid_out(text: &str, columns: Option<usize>) -> String {
-    match columns {
-        Some(columns) => fitted(text, columns),
-        None => without_marks(text),
-    }
+fn laid_out(text: &Printout, columns: Option<usize>) -> String {
+    columns.map_or_else(|| text.to_string(), |columns| fitted(text, columns))
 }
 
 /// A closed pipe is not an error: its reader needs no more, and the exit code is that of the verb.

@@ -44,7 +44,7 @@ impl Bar {
     fn end(&self, next: Option<(String, Instant)>) {
         let before = self.stage.lock().ok().and_then(|mut stage| std::mem::replace(&mut *stage, next));
         if let Some((stage, begun)) = before {
-            self.bar.suspend(|| print_detail(&format!("{stage}: {:.2} s", begun.elapsed().as_secs_f64())));
+            self.bar.suspend(|| print_detail(format!("{stage}: {:.2} s", begun.elapsed().as_secs_f64())));
         }
     }
 }

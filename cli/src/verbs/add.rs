@@ -10,7 +10,7 @@ use calibench::selection::Objection;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder_step;
 use calibench_report::{
-    Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,
+    Printout, Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,
     parameter_rows, symptom_sentence,
 };
 use calibench_workbench::{StepError, Wanted};
@@ -91,18 +91,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::Step { misfit: gate.misfit, ..document })?;
     } else {
         gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
-        print_answer(&ladder_step_table(&[&before, &after]))?;
-        print(&format!("\nFOUND: {found}\n{}", parameter_rows(&after.calibration, &after.added)))?;
+        print_answer(ladder_step_table(&[&before, &after]))?;
+        print(Printout::from(format!("\nFOUND: {found}\n")) + parameter_rows(&after.calibration, &after.added))?;
         added_sentences(&after.added, &[&before]).iter().try_for_each(|sentence| print(sentence))?;
         for symptom in after.symptoms.iter().filter(|s| !before.symptoms.iter().any(|b| b.parameter == s.parameter)) {
-            print(&symptom_sentence(symptom))?;
+            print(symptom_sentence(symptom))?;
         }
         for objection in &objections {
             let weight = if objection.refuses() { "Against it" } else { "Note" };
-            print_answer(&format!("{weight}: {}.", objection_sentence(objection)))?;
+            print_answer(format!("{weight}: {}.", objection_sentence(objection)))?;
         }
         match (target, accepted) {
-            (Some(path), true) => print_answer(&format!("Added. The model with {found} is in {}.", path.display()))?,
+            (Some(path), true) => print_answer(format!("Added. The model with {found} is in {}.", path.display()))?,
             (None, true) => print_answer("Added. Name a file with -o to keep the model.")?,
             (_, false) => {}
         }
@@ -110,11 +110,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&after.calibration, &poses);
     if !arguments.json {
         disagreement_sentence(&after, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
-        print(&format!("Verdict with it: {}.", after.diagnosis.verdict.in_words()))?;
+        print(format!("Verdict with it: {}.", after.diagnosis.verdict.in_words()))?;
         let goes_on = accepted && !after.diagnosis.verdict.is_noise();
         if let Some(path) = target.filter(|path| goes_on && !is_standard_output(path)) {
-            print_answer(&format!(
-                "Next: {} says what else is missing.",
+            print_answer(format!(
+                "Next: `{}` says what else is missing.",
                 Recommended::of(&arguments.datasets, Some(path)).diagnose()
             ))?;
         }
@@ -124,6 +124,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let why: Vec<String> = objections.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
     let untouched = arguments.model.as_ref().map_or(String::new(), |m| format!("; {} is untouched", m.display()));
-    tell(&format!("calibench: {found} is refused: {}{untouched}; --force takes the step anyway", why.join("; ")));
+    tell(format!("calibench: {found} is refused: {}{untouched}; --force takes the step anyway", why.join("; ")));
     Ok(Outcome::ExpectationFailed)
 }

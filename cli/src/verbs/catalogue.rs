@@ -5,7 +5,7 @@ use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::Registry;
 use calibench::effects::{EffectId, Subject, build};
 use calibench::robot::built_in;
-use calibench_report::{Plausible, gallery_page, optional, plain_table};
+use calibench_report::{Plausible, Printout, column, gallery_page, optional, plain_table};
 use serde_json::json;
 
 use crate::terminal::failure::{Failure, Outcome};
@@ -29,7 +29,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
         let family = Registry::catalogue()
             .family(name)
             .ok_or_else(|| format!("'{name}' is not an effect of the catalogue; `calibench effects` lists it"))?;
-        print_answer(&told(family, &subject)?)?;
+        print_answer(told(family, &subject)?)?;
         return Ok(Outcome::Done);
     }
     let mut documents = Vec::new();
@@ -55,9 +55,9 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
                 "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
         }
         if !arguments.json {
-            let table =
-                plain_table(&["effect", "what it is", optional!(2, "what it adds"), "plausible", optional!(1, "needs")], &rows);
-            print_answer(&format!("Of the {}:\n{table}", origin.name()))?;
+            let [what, adds] = [column("what it is"), optional(2, "what it adds")];
+            let header = [column("effect"), what, adds, column("plausible"), optional(1, "needs")];
+            print_answer(Printout::from(format!("Of the {}:\n", origin.name())) + plain_table(header, rows))?;
         }
     }
     if arguments.json {

@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             for (name, text) in program_files() {
                 write_whole(&output.join(name), text.as_bytes())?;
             }
-            print_answer(&format!(
+            print_answer(format!(
                 "the program for the controller is in {}; docs/cell.md describes how to set it up",
                 output.display()
             ))?;
@@ -67,15 +67,15 @@ fn check(path: &Path) -> Result<Outcome, Failure> {
         });
         rows.push(row);
     }
-    print_answer(&plain_table(&["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], &rows))?;
+    print_answer(plain_table(["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], rows))?;
     match robot(&cell) {
         Ok((rows, fit)) => {
             failures += usize::from(!fit);
-            print_answer(&plain_table(&["robot", cell.robot.address(), ""], &rows))?;
+            print_answer(plain_table(["robot", cell.robot.address(), ""], rows))?;
         }
         Err(why) => {
             failures += 1;
-            print_answer(&format!("robot at {}: FAILS: {why}", cell.robot.address()))?;
+            print_answer(format!("robot at {}: FAILS: {why}", cell.robot.address()))?;
         }
     }
     match failures {

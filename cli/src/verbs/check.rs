@@ -136,9 +136,9 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>
     if arguments.json {
         print_json(&documents::Check::of_plan(ids, &power))?;
     } else {
-        print(&check_plan_text(&ids, &power))?;
+        print(check_plan_text(&ids, &power))?;
         if let Some(path) = &arguments.output {
-            print(&format!("The plan is in {}.", path.display()))?;
+            print(format!("The plan is in {}.", path.display()))?;
         }
     }
     Ok(Outcome::Done)
@@ -233,9 +233,9 @@ fn judge(arguments: &Arguments, reference: &CheckReference<'_>, robot: &str, fol
         }
         print_json(&document)?;
     } else {
-        print_answer(&check_text(&check, &shown))?;
+        print_answer(check_text(&check, &shown))?;
         if let Some((days, charts)) = &charts {
-            print(&charts_text(days, charts))?;
+            print(charts_text(days, charts))?;
         }
     }
     let drifts = charts.is_some_and(|(_, charts)| !charts.signals().is_empty());

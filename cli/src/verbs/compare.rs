@@ -10,8 +10,8 @@ use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::{Extrapolation, WorkspacePoses};
 use calibench::residuals::comparison::Comparison;
 use calibench_report::{
-    Forecast, NoForecast, PLOTS_MARK, Recommended, comparison_headline, comparison_sentences, comparison_text, documents,
-    extrapolation_sentence, write_comparison_plots,
+    Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, comparison_headline, comparison_sentences, comparison_text,
+    documents, extrapolation_sentence, write_comparison_plots,
 };
 
 use crate::arguments::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
@@ -77,12 +77,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&documents::Comparison::of(&comparison, forecast.as_ref().ok(), &beyond))?;
     } else {
-        print_answer(&format!("{}\n", comparison_headline(&comparison)))?;
+        print_answer(format!("{}\n", comparison_headline(&comparison)))?;
         comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;
-        print(&format!("\n{}", comparison_text(&comparison, &forecast)))?;
+        print(Printout::from("\n") + comparison_text(&comparison, &forecast))?;
         if !comparison.findings.is_empty() && which == Use::Fit {
             let commands = Recommended::of(&arguments.datasets, None);
-            print_answer(&format!("Next: {} shows which of these causes is likely.", commands.diagnose()))?;
+            print_answer(format!("Next: `{}` shows which of these causes is likely.", commands.diagnose()))?;
         }
     }
     Ok(Outcome::Done)

@@ -184,7 +184,7 @@ fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Re
     if rigid.effects.is_empty() {
         print("The calibration consists of links alone: URDF and robot file hold all of it.")?;
     } else {
-        print(&format!(
+        print(format!(
             "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
             rigid.effects.join(", ")
         ))?;
@@ -223,22 +223,23 @@ fn program(
 
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
-    print_answer(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
-    let refused: Vec<[String; 3]> = targets
+    print_answer(format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
+    let mut refused: Vec<[String; 3]> = targets
         .iter()
         .zip(results)
         .filter_map(|(t, r)| r.outcome.as_ref().err().map(|e| [t.id.clone(), e.name().into(), e.to_string()]))
         .collect();
     if !refused.is_empty() {
-        print_answer(&plain_table(&["refused", "status", ""], &refused[..refused.len().min(MOST_TOLD)]))?;
-        if refused.len() > MOST_TOLD {
-            print(&format!("and {} more, each with its status in the file", refused.len() - MOST_TOLD))?;
+        let more = refused.split_off(refused.len().min(MOST_TOLD)).len();
+        print_answer(plain_table(["refused", "status", ""], refused))?;
+        if more > 0 {
+            print(format!("and {more} more, each with its status in the file"))?;
         }
     }
     let warned = |of: fn(&Compensated) -> bool| results.iter().filter(|r| of(r)).count();
     let near = warned(|r| r.warnings.near_singular);
     if near > 0 {
-        print(&format!(
+        print(format!(
             "{near} near a singularity: the arm reaches it, but small motions of the tool are large ones of its joints"
         ))?;
     }
@@ -258,7 +259,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
             rows.push(row(&format!("{}, 1 sigma, worst axis{of}", HERE.name), &worst));
             rows.push(row(&format!("{}, 1 sigma, 3-D{of}", HERE.name), &whole));
         }
-        print(&plain_table(&["mm", "mean", "max"], &rows))?;
+        print(plain_table(["mm", "mean", "max"], rows))?;
         if outside > 0 {
             print("No error can be predicted for targets beyond the joint ranges that were measured.")?;
         }

@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        print_answer(&design_text(&found))?;
+        print_answer(design_text(&found))?;
     }
     Ok(Outcome::Done)
 }

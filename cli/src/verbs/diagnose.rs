@@ -10,7 +10,7 @@ use calibench::selection::Advice;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder_step;
 use calibench_report::{
-    Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
+    Forecast, NoForecast, Printout, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
 };
 
 use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
@@ -79,14 +79,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })?;
     } else {
         gate.tell()?;
-        fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
+        fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         tell(diagnosis, &forecast, &advice, &commands)?;
-        print(&format!("\n{}", diagnosis_tables(diagnosis, arguments.heat_map)))?;
+        print(Printout::from("\n") + diagnosis_tables(diagnosis, arguments.heat_map))?;
     }
     Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
 }
 
-/// The diagnosis in words; the verdict, what is expected of the robot and what to do next are the answer.
+/// The diagnosis in words; what is expected of the robot and what to do next are part of the answer.
 fn tell(
     diagnosis: &Diagnosis,
     forecast: &Result<Forecast, NoForecast>,
@@ -94,9 +94,8 @@ fn tell(
     commands: &Recommended,
 ) -> Result<(), Failure> {
     for sentence in sentences(diagnosis, commands) {
-        let is_verdict = ["Verdict:", "Without them:", "WARNING:"].iter().any(|label| sentence.starts_with(label));
-        if is_verdict { print_answer(&sentence) } else { print(&sentence) }?;
+        if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
-    print_answer(&forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
+    print_answer(forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
     next_step_sentences(advice, diagnosis, commands).iter().try_for_each(|sentence| print_answer(sentence))
 }

@@ -44,9 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::Fleet::of(&fleet))?;
         return Ok(Outcome::Done);
     }
-    if arguments.output.is_some() { print(&fleet_text(&fleet)) } else { print_answer(&fleet_text(&fleet)) }?;
+    if arguments.output.is_some() { print(fleet_text(&fleet)) } else { print_answer(fleet_text(&fleet)) }?;
     if let Some(path) = &arguments.output {
-        print_answer(&format!("The fleet is in {}.", path.display()))?;
+        print_answer(format!("The fleet is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
 }

@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         0 => String::new(),
         n => format!("; {n} that these data cannot show are listed at the end of the index"),
     };
-    print(&format!(
+    print(format!(
         "{} effects drawn{lacking}\nWritten to {}; begin with {}",
         whole.entries.len(),
         arguments.output.display(),

@@ -11,7 +11,7 @@ use calibench::identify::problem::Use;
 use calibench::residuals::misfit::unbelievable;
 use calibench::units::MM;
 use calibench_report::{
-    RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence,
+    Printout, RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence,
     unresolved_sentences, weighing_sentence, wider_sentence,
 };
 
@@ -96,15 +96,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })?;
     } else {
         gate.tell()?;
-        fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
+        fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;
-        print_answer(&format!("{}\n{}", parameter_table(&calibration), fit_sentence(&calibration)))?;
-        print(&remarks(&calibration))?;
+        print_answer(fit_text(&calibration))?;
+        print(remarks(&calibration))?;
         let weighing = weighing_sentence(&calibration, &named(&datasets));
         if !weighing.is_empty() {
-            print(&weighing)?;
+            print(weighing)?;
         }
-        shifts.iter().try_for_each(|shifts| print(&shifts_text(shifts)))?;
+        shifts.iter().try_for_each(|shifts| print(shifts_text(shifts)))?;
     }
     match calibration.unconverged() {
         None => Ok(Outcome::Done),
@@ -116,8 +116,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// A calibration in words and tables.
-pub fn story(c: &Calibration) -> String {
-    format!("{}\n{}\n{}", parameter_table(c), fit_sentence(c), remarks(c))
+pub fn story(c: &Calibration) -> Printout {
+    fit_text(c) + "\n" + remarks(c)
+}
+
+/// The parameters of a fit and, below them, the fit in one sentence.
+fn fit_text(c: &Calibration) -> Printout {
+    Printout::from(parameter_table(c)) + "\n" + fit_sentence(c)
 }
 
 /// A fit in one sentence.

@@ -103,9 +103,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::ImportReport { samples: all, validation: kept, nominal_fit, misfit: gate.misfit, ..document })?;
         return Ok(Outcome::Done);
     }
-    print(&report.to_string())?;
+    print(report.to_string())?;
     gate.tell()?;
-    print_answer(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
+    print_answer(format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
 }
 
@@ -148,12 +148,12 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     found.reasons.iter().try_for_each(|reason| print(reason))?;
     print("The first rows are understood as")?;
-    found.shown.iter().try_for_each(|row| print(&format!("  {row}")))?;
+    found.shown.iter().try_for_each(|row| print(format!("  {row}")))?;
     let (file, map) = (file.display(), arguments.output.display());
     if let Some(misfit) = misfit {
-        print_answer(&misfit)?;
+        print_answer(misfit)?;
     }
-    print_answer(&format!("Check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."))?;
+    print_answer(format!("Check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."))?;
     Ok(outcome)
 }
 

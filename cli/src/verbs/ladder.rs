@@ -100,8 +100,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     gate.tell()?;
-    fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
-    print(&ladder_step_table(&climbed.steps.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
+    fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
+    print(ladder_step_table(&climbed.steps.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
     let steps: Vec<&LadderStep> = climbed.steps.iter().collect();
     for (k, ladder_step) in steps.iter().enumerate() {
         added_sentences(&ladder_step.added, &steps[..k]).iter().try_for_each(|sentence| print(sentence))?;
@@ -109,29 +109,29 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for sentence in
         top_sentences(&climbed.top, climbed.last(), &Recommended::of(&arguments.datasets, arguments.model.as_deref()))
     {
-        print(&sentence)?;
+        print(sentence)?;
     }
     for check in &chosen.checks {
         if let Err(because) = &check.result {
-            print(&format!("Check {} cannot be judged: {because}.", check.name))?;
+            print(format!("Check {} cannot be judged: {because}.", check.name))?;
         }
     }
     for symptom in &chosen.symptoms {
-        print(&symptom_sentence(symptom))?;
+        print(symptom_sentence(symptom))?;
     }
     if chosen.workspace.is_none() {
-        print(&NoForecast::of(&chosen.undetermined).to_string())?;
+        print(NoForecast::of(&chosen.undetermined).to_string())?;
     }
     if is_detailed() {
-        print_detail(&choices_text(&climbed));
+        print_detail(choices_text(&climbed));
     }
     disagreement_sentence(chosen, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
-    print_answer(&advice(&climbed))?;
+    print_answer(advice(&climbed))?;
     let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     in_question_sentence(&climbed, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
-        print_answer(&format!("The {which} is in {}.", path.display()))?;
+        print_answer(format!("The {which} is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -140,11 +140,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn narrate(waiting: &Waiting, registry: &Registry, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
-        Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(registry, effect))),
+        Climb::Trying(effects) => waiting.now(format!("trying {}", each_called(registry, effects))),
         // In the end all refusals are reported together.
-        Climb::Refused(effect, objections) if is_detailed() => {
-            say(format!("  {}", not_added_sentence(registry, effect, &objections[..objections.len().min(1)])));
-        }
+        Climb::Refused(step) if is_detailed() => say(format!("  {}", not_added_sentence(registry, step, 1))),
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));
             if is_detailed() {

@@ -151,14 +151,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let waiting = Waiting::new("diagnosing");
     let diagnosis = diagnose(&[NamedDataset::new("campaign", &measured)], &model);
     drop(waiting);
-    print_answer(&reached_sentence(&adaptive, until_mm))?;
+    print_answer(reached_sentence(&adaptive, until_mm))?;
     if let Some(sentence) = warming_sentence(&measured.samples) {
-        print_answer(&sentence)?;
+        print_answer(sentence)?;
     }
     let diagnosis = diagnosis.as_ref().ok();
     if let Some(sentence) = diagnosis.and_then(lacking_sentence) {
         let commands = Recommended::of(std::slice::from_ref(output), arguments.model.as_deref());
-        print_answer(&format!("{sentence} Next: {} shows more.", commands.diagnose()))?;
+        print_answer(format!("{sentence} Next: `{}` shows more.", commands.diagnose()))?;
     } else if !adaptive.is_enough() && diagnosis.is_some_and(finds_nothing) {
         print_answer("The diagnosis finds nothing that the model lacks: more poses, or less noise, are needed.")?;
     }
@@ -245,7 +245,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
             if !silent {
-                print_answer(&finished(probings, output))?;
+                print_answer(finished(probings, output))?;
             }
             return Ok(Outcome::Done);
         }
@@ -279,7 +279,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
     if !silent {
-        print_answer(&summary)?;
+        print_answer(summary)?;
     }
     Ok(Outcome::Done)
 }

@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        print_answer(&study_text(&merged.summary, merged.extent))?;
+        print_answer(study_text(&merged.summary, merged.extent))?;
     }
     Ok(Outcome::Done)
 }

@@ -102,18 +102,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
-    print(&next_table(&proposal))?;
-    planned.iter().try_for_each(|p| print(&planned_sentence(p)))?;
+    print(next_table(&proposal))?;
+    planned.iter().try_for_each(|p| print(planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {
-        let is_advice = ["Best:", "To be distinguished:"].iter().any(|label| sentence.starts_with(label));
-        if is_advice { print_answer(&sentence) } else { print(&sentence) }?;
+        if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
     for not in &proposal.not_offered {
-        print(&format!("Not offered: {}: {}.", not.what, not.because))?;
+        print(format!("Not offered: {}: {}.", not.what, not.because))?;
     }
     if !layout.is_known {
         let balls = if datasets.iter().all(|(_, d)| d.balls.is_empty()) { "" } else { " and balls" };
-        print(&format!(
+        print(format!(
             "Nothing but the robot{balls} is known to be in the cell: inspect every pose before it is driven, or name a scenario."
         ))?;
     }

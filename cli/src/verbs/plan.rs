@@ -57,10 +57,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::Detectability::of(&detectability))?;
         return Ok(Outcome::Done);
     }
-    print_answer(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
-    print(&detectability_text(&detectability))?;
+    print_answer(chosen_sentence("probings", plan.wanted(), &plan.trical))?;
+    print(detectability_text(&detectability))?;
     if let Some(path) = &arguments.output {
-        print(&format!("The plan is in {}.", path.display()))?;
+        print(format!("The plan is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
 }

@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&precision_json(&scenario.name, seed, &setup, &test, &budget))?;
     } else {
-        print_answer(&precision_text(&scenario.name, seed, &setup, &test, &budget))?;
+        print_answer(precision_text(&scenario.name, seed, &setup, &test, &budget))?;
     }
     Ok(Outcome::Done)
 }

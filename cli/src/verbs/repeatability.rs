@@ -99,7 +99,7 @@ fn print_result(as_json: bool, whose: &Whose<'_>, visited: &Visited) -> Result<O
     if as_json {
         print_json(&repeatability_json(whose, visited))?;
     } else {
-        print_answer(&repeatability_text(whose, visited))?;
+        print_answer(repeatability_text(whose, visited))?;
     }
     Ok(Outcome::Done)
 }

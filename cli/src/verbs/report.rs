@@ -70,9 +70,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
     case.misfits.iter().try_for_each(|(_, sentence)| print_answer(sentence))?;
-    print_answer(&format!("{}. {}", say("headline"), say("means")))?;
+    print_answer(format!("{}. {}", say("headline"), say("means")))?;
     page.document["against"]["sentence"].as_str().map_or(Ok(()), print_answer)?;
-    print_answer(&format!("Written to {}", path.display()))?;
+    print_answer(format!("Written to {}", path.display()))?;
     Ok(Outcome::Done)
 }
 

@@ -11,7 +11,7 @@ use calibench::robot::robot_file::{robot, to_toml};
 use calibench::robot::urdf::{ChainEnds, MissingMesh, UrdfRobot, missing_meshes, robot_from_urdf};
 use calibench::robot::{BUILT_IN, FramePose, JointKind, Robot, built_in};
 use calibench::units::{DEG, MM};
-use calibench_report::{documents, misfit_sentence, nominal_fit_lines, plain_rows};
+use calibench_report::{Printout, Table, documents, misfit_sentence, nominal_fit_lines, plain_rows};
 use clap::Subcommand;
 use serde_json::{Value, json};
 
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 print_json(&document_of(&read, &missing))?;
             } else {
                 missing.iter().try_for_each(|line| print_answer(line))?;
-                print_answer(&converted(&read, output))?;
+                print_answer(converted(&read, output))?;
             }
             Ok(Outcome::Done)
         }
@@ -103,8 +103,8 @@ fn list(as_json: bool) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     for robot in &all {
-        print_answer(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
-        print_answer(&table(robot))?;
+        print_answer(format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
+        print_answer(table(robot))?;
     }
     Ok(Outcome::Done)
 }
@@ -115,17 +115,20 @@ fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
 }
 
 /// Summary of a robot read from a URDF file.
-fn converted(read: &UrdfRobot, output: &Path) -> String {
+fn converted(read: &UrdfRobot, output: &Path) -> Printout {
     let UrdfRobot { robot, joint_names, base_link, tool_link } = read;
     let masses = if robot.has_masses() { "" } else { "\nThe file has no masses: gravity torques cannot be computed from it." };
-    format!(
-        "{} ({} joints), from link {base_link} to link {tool_link}: {}\n{}{masses}\nWritten to {}; name it as `robot` in dataset.toml. Base and tool of a dataset are those of the two links.",
+    let title = format!(
+        "{} ({} joints), from link {base_link} to link {tool_link}: {}\n",
         robot.name,
         robot.joints(),
-        joint_names.join(", "),
-        table(robot),
+        joint_names.join(", ")
+    );
+    let written = format!(
+        "{masses}\nWritten to {}; name it as `robot` in dataset.toml. Base and tool of a dataset are those of the two links.",
         output.display()
-    )
+    );
+    Printout::from(title) + table(robot) + written
 }
 
 fn check(robot: &Robot, folders: &[PathBuf], as_json: bool) -> Result<Outcome, Failure> {
@@ -151,7 +154,7 @@ fn check(robot: &Robot, folders: &[PathBuf], as_json: bool) -> Result<Outcome, F
         print_json(&json!({"format": "calibench-robot-check/1", "robot": robot.name, "datasets": rows.collect::<Vec<_>>()}))?;
     } else {
         nominal_fit_lines(&fits).iter().try_for_each(|line| print_answer(line))?;
-        misfits.clone().try_for_each(|misfit| print_answer(&misfit_sentence(misfit)))?;
+        misfits.clone().try_for_each(|misfit| print_answer(misfit_sentence(misfit)))?;
     }
     Ok(if misfits.count() == 0 { Outcome::Done } else { Outcome::ExpectationFailed })
 }
@@ -208,7 +211,7 @@ fn entry(robot: &Robot) -> Value {
         "root": frame(&robot.root), "flange": frame(&robot.flange)})
 }
 
-fn table(robot: &Robot) -> String {
+fn table(robot: &Robot) -> Table {
     let g = |v: f64| format!("{v:.3}");
     let slides = robot.first_prismatic().is_some();
     let skewed = robot.links.iter().any(|l| l.mdh.beta != 0.0);
@@ -224,7 +227,5 @@ fn table(robot: &Robot) -> String {
     let mut header = vec!["i", "alpha_{i-1} deg", "a_{i-1} mm"];
     header.extend(skewed.then_some("beta_{i-1} deg"));
     header.extend(["theta_i deg", "d_i mm", if slides { "limits" } else { "limits deg" }, "mass kg"]);
-    let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
-    let rows: Vec<Vec<String>> = robot.links.iter().enumerate().map(row).collect();
-    plain_rows(&header, &rows)
+    plain_rows(header, robot.links.iter().enumerate().map(row).collect())
 }

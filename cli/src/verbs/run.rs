@@ -14,7 +14,7 @@ use calibench::measure::dataset::file::write_dataset;
 use calibench::prediction::WorkspacePoses;
 use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
-use calibench_report::{documents, histogram, judged_alike, plain_table, validation_row, validation_table};
+use calibench_report::{Printout, Table, documents, histogram, judged_alike, plain_table, validation_row, validation_table};
 
 use super::identify::story;
 use super::plan::chosen_sentence;
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         tell(&scenario, &run, &checks, &truth)?;
         if let Some(folder) = &arguments.out {
-            print_answer(&format!("Written to {}", folder.display()))?;
+            print_answer(format!("Written to {}", folder.display()))?;
         }
     }
     Ok(if checks.iter().all(Check::met) { Outcome::Done } else { Outcome::ExpectationFailed })
@@ -121,7 +121,7 @@ fn render(_: &Scenario, _: &Run, _: &Path) {
 
 /// Describes the whole run, in the order of the work.
 fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Result<(), Failure> {
-    print(&format!(
+    print(format!(
         "{}: {}\nrobot {}, {} plant, seed {}\n",
         scenario.name,
         scenario.question,
@@ -130,33 +130,33 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
         run.seed
     ))?;
     print("PLAN")?;
-    print(&chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
-    print(&chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
+    print(chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
+    print(chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
     print("\nMASTERING")?;
     let free = run.mastering.free_reading.map(|r| r / MM);
     let left = run.mastering.preset_residual.map(|r| r / UM);
-    print(&format!(
+    print(format!(
         "free readings {:.4}, {:.4}, {:.4} mm (ideal -6.1500); after the preset the master ball reads {:+.1}, {:+.1}, {:+.1} µm off",
         free[0], free[1], free[2], left[0], left[1], left[2]
     ))?;
     print("\nCENTRING")?;
-    print(&probings_table(run))?;
-    print(&centring_summary(run))?;
+    print(probings_table(run))?;
+    print(centring_summary(run))?;
     print("\nPARAMETERS, by TriCal")?;
-    print(&story(&run.trical.calibration))?;
+    print(story(&run.trical.calibration))?;
     print_answer(
         "POSITION ERRORS after calibration, measured on rows not fitted: the tracker's validation poses (paper: Table 9)",
     )?;
-    print_answer(&errors_table(run))?;
+    print_answer(errors_table(run))?;
     difference(run).iter().try_for_each(|sentence| print(sentence))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
-    print(&histogram(&run.trical.validation, 12))?;
+    print(histogram(&run.trical.validation, 12))?;
     print(
         "COMPENSATION: targets sent to the robot's own controller, which uses the nominal model; true position error of the tool",
     )?;
-    print(&compensation_text(run))?;
+    print(compensation_text(run))?;
     print("\nTRUTH against estimate (the simulated cell keeps score)")?;
-    print(&format!(
+    print(format!(
         "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
         100.0 * run.trical.score.within(1.0),
         run.trical.score.parameters.len(),
@@ -164,19 +164,19 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
         100.0 * run.trical.score.within(3.0)
     ))?;
     print("\nHIDDEN in the simulated cell against what the TriCal's data show of it")?;
-    print(&hidden_text(truth))?;
+    print(hidden_text(truth))?;
     if !checks.is_empty() {
         print_answer("\nEXPECTED")?;
         for c in checks {
             let verdict = if c.met() { "met" } else { "NOT MET" };
-            print_answer(&format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
+            print_answer(format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
         }
     }
     Ok(())
 }
 
 /// Position errors before and after calibration, each method's above the paper's.
-fn errors_table(run: &Run) -> String {
+fn errors_table(run: &Run) -> Table {
     let mut rows = vec![validation_row("nominal", &run.before)];
     for method in [&run.trical, &run.tracker] {
         rows.push(validation_row(title(method.name), &method.validation));
@@ -193,7 +193,7 @@ fn errors_table(run: &Run) -> String {
             ]);
         }
     }
-    validation_table(&rows)
+    validation_table(rows)
 }
 
 /// The reason why the TriCal's errors on the validation poses differ from those expected there, if they do.
@@ -206,17 +206,16 @@ fn difference(run: &Run) -> Option<String> {
     judged_alike(validation, &forecast.error, forecast.extrapolation.outside)
 }
 
-fn compensation_text(run: &Run) -> String {
+fn compensation_text(run: &Run) -> Printout {
     let Some(Compensation { refused, before, after }) = &run.compensation else {
         return "not one target could be compensated".into();
     };
-    let rows = [validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
-    let told = format!("{}\n{} targets", validation_table(&rows), after.samples);
-    if *refused == 0 {
-        told
-    } else {
-        format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way")
-    }
+    let rows = vec![validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
+    let others = match refused {
+        0 => String::new(),
+        some => format!("; {some} more were refused: out of a joint's limits, or bent the other way"),
+    };
+    Printout::from(validation_table(rows)) + format!("\n{} targets{others}", after.samples)
 }
 
 fn title(name: &str) -> &str {
@@ -224,7 +223,7 @@ fn title(name: &str) -> &str {
 }
 
 /// A table of all probings with their readings, one line each.
-fn probings_table(run: &Run) -> String {
+fn probings_table(run: &Run) -> Table {
     let um = |r: f64| format!("{:+.1}", r / UM);
     let rows: Vec<[String; 7]> = run
         .campaign
@@ -250,7 +249,7 @@ fn probings_table(run: &Run) -> String {
             }
         })
         .collect();
-    plain_table(&["probing", "ball", "off at first mm", "readings", "left µm", "time s", ""], &rows)
+    plain_table(["probing", "ball", "off at first mm", "readings", "left µm", "time s", ""], rows)
 }
 
 fn centring_summary(run: &Run) -> String {

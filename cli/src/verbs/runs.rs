@@ -100,13 +100,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         gate.tell()?;
         if is_told() {
-            print_answer(&runs_text(&compared, &said))?;
+            print_answer(runs_text(&compared, &said))?;
         } else {
-            print_answer(&runs_answer(&compared))?;
+            print_answer(runs_answer(&compared))?;
         }
         match (&arguments.output, &calibration) {
             (Some(path), Some(_)) => {
-                print_answer(&format!("The robot as it is in {} is in {}.", datasets[datasets.len() - 1].0, path.display()))?;
+                print_answer(format!("The robot as it is in {} is in {}.", datasets[datasets.len() - 1].0, path.display()))?;
             }
             (Some(_), None) => print_answer("No calibration is written: no one geometry explains these runs.")?,
             _ => {}

@@ -44,6 +44,6 @@ pub fn man(arguments: &Man) -> Result<Outcome, Failure> {
         clap_mangen::Man::new(page.clone()).title(name.clone()).render(&mut text)?;
         write_whole(&arguments.output.join(format!("{name}.1")), &text)?;
     }
-    print_answer(&format!("{} pages in {}", pages.len(), arguments.output.display()))?;
+    print_answer(format!("{} pages in {}", pages.len(), arguments.output.display()))?;
     Ok(Outcome::Done)
 }

@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         document["trials_per_second"] = if run_now > 0 { json!(run_now as f64 / seconds) } else { json!(null) };
         print_json(&document)?;
     } else {
-        print_answer(&study_text(&summary, extent))?;
+        print_answer(study_text(&summary, extent))?;
     }
     Ok(Outcome::Done)
 }

@@ -83,12 +83,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }))?;
     } else {
         if seed < FIRST_REPORTING_SEED {
-            print_answer(&format!(
-                "Seed {seed} is for development: report figures of seeds from {FIRST_REPORTING_SEED} on.\n"
-            ))?;
+            print_answer(format!("Seed {seed} is for development: report figures of seeds from {FIRST_REPORTING_SEED} on.\n"))?;
         }
-        print_answer(&classes_text(&rows, arguments.advice))?;
-        print_answer(&suite_text(&tally))?;
+        print_answer(classes_text(&rows, arguments.advice))?;
+        print_answer(suite_text(&tally))?;
     }
     Ok(Outcome::Done)
 }
@@ -133,8 +131,8 @@ fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Ar
         })
         .collect();
     let cases = rows.first().map_or(0, |r| r.cases);
-    print_answer(&format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
+    print_answer(format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
     let header = ["measured more", "chosen", "measurements", "P(truth)", "named first", "resolved", "resolved, as expected"];
-    print_answer(&plain_table(&header, &table))?;
+    print_answer(plain_table(header, table))?;
     Ok(Outcome::Done)
 }

@@ -81,23 +81,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let figure = if is_the_fit || fitted.is_some_and(|share| share > 0.5) { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
-    print_answer(&validation_table(&[validation_row(&name, &validation)]))?;
-    validation.orientation.iter().try_for_each(|errors| print_answer(&orientation_table(errors)))?;
+    print_answer(validation_table(vec![validation_row(&name, &validation)]))?;
+    validation.orientation.iter().try_for_each(|errors| print_answer(orientation_table(errors)))?;
     if let Ok(forecast) = expected {
-        print(&forecast.sentence())?;
+        print(forecast.sentence())?;
         let differs = judged_alike(&validation, &forecast.error, beyond.outside);
         differs.iter().try_for_each(|sentence| print(sentence))?;
     }
     other_base(&calibration, &named(&datasets), which, &validation).iter().try_for_each(|sentence| print_answer(sentence))?;
-    print(&histogram(&validation, 12))?;
+    print(histogram(&validation, 12))?;
     if !validation.from_fit_rows.is_empty() {
-        print(&format!(
+        print(format!(
             "Not in the calibration, so fitted to rows of set 'fit' first: {}",
             validation.from_fit_rows.join(", ")
         ))?;
     }
     if !validation.refitted.is_empty() {
-        print(&format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
+        print(format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
     }
     Ok(Outcome::Done)
 }

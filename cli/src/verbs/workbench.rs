@@ -70,6 +70,6 @@ fn write_page(folder: &Path, module: Option<&Path>) -> Result<Outcome, Failure> 
     let page = page_in_browser(&module.map_or_else(beside, Path::to_owned))?;
     let path = folder.join("index.html");
     write_whole(&path, page.as_bytes())?;
-    print_answer(&format!("Written to {}; any browser opens it, and any web server can hand it out.", path.display()))?;
+    print_answer(format!("Written to {}; any browser opens it, and any web server can hand it out.", path.display()))?;
     Ok(Outcome::Done)
 }

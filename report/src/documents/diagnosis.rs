@@ -5,16 +5,18 @@ use calibench::diagnosis::Verdict;
 use calibench::effects::EffectId;
 use calibench::effects::registry::Registry;
 use calibench::selection;
+use calibench::selection::ladder::RefusedStep;
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::step::Moment;
-use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, ids};
+use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, ids, joined};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
 use crate::next_step::{command, next_step_sentences};
+use crate::printout::texts;
 use crate::recommended::Recommended;
 use crate::workspace::Forecast;
 
@@ -225,12 +227,12 @@ impl Advised {
     /// The document of an advice on the model of a diagnosis.
     #[must_use]
     pub fn of(advice: &selection::Advice, d: &diagnosis::Diagnosis, commands: &Recommended) -> Self {
-        let refused = |(effect, objections): &(String, Vec<selection::Objection>)| RefusedEffect {
-            effect: effect.clone(),
-            objections: objections.iter().map(objection_sentence).collect(),
+        let refused = |step: &RefusedStep| RefusedEffect {
+            effect: joined(&step.effects),
+            objections: step.objections.iter().map(objection_sentence).collect(),
         };
         let is_done = matches!(advice.to_do, selection::ToDo::Nothing | selection::ToDo::Unknown);
-        let command = (!is_done).then(|| command(advice, d, commands).trim_matches('`').to_owned());
+        let command = (!is_done).then(|| command(advice, d, commands));
         Advised {
             to_do: advice.to_do.name().into(),
             effects: advice.effects().to_vec(),
@@ -317,7 +319,7 @@ impl Diagnosis {
             fitted: d.fitted.clone(),
             workspace: forecast.map(Workspace::of_forecast),
             outside_range: forecast.and_then(|o| OutsideRange::of(&o.extrapolation)),
-            sentences: sentences(d, commands),
+            sentences: texts(sentences(d, commands)),
             advice: None,
             scatter: Scatter::of(&d.scatter),
             misfit: None,

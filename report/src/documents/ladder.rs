@@ -1,12 +1,12 @@
 //! `calibench-ladder/2`, printed by `ladder`.
 
 use calibench::selection;
-use calibench::selection::ladder::StopReason;
+use calibench::selection::ladder::{RefusedStep, StopReason};
 use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag};
+use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, joined};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
 format_tag!(LadderFormat, "calibench-ladder/2");
@@ -127,9 +127,9 @@ impl Stopped {
             StopReason::NotConverged(outcome) => Some(outcome.name().into()),
             _ => None,
         };
-        let one = |(effect, objections): &(String, Vec<selection::Objection>)| TriedStep {
-            effect: effect.clone(),
-            objections: objections.iter().map(objection_sentence).collect(),
+        let one = |step: &RefusedStep| TriedStep {
+            effect: joined(&step.effects),
+            objections: step.objections.iter().map(objection_sentence).collect(),
         };
         let tried = match top {
             StopReason::NoStepHelps { tried } => Some(tried.iter().map(one).collect()),

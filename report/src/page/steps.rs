@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::PageSubject;
 use super::page_model::judge;
-use crate::documents::{Ladder, LadderStep as StepDocument, to_value};
+use crate::documents::{Ladder, LadderStep as StepDocument, joined, to_value};
 use crate::{next_step_sentences, objection_sentence};
 use calibench::identify::calibration::IdentifyError;
 use calibench::selection::hold_out::HoldOut;
@@ -29,7 +29,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
     if judged.to_do == ToDo::Nothing {
         return Ok(json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": advice}));
     }
-    let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
+    let command = subject.commands.verb("ladder");
     let (steps, step) = match judged.step {
         Some(next) => {
             let next = judge(*next, subject)?;
@@ -37,7 +37,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
             (vec![StepDocument::of(first, &[]), StepDocument::of(&next, &[first])], step)
         }
         None => {
-            let step = judged.refused.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
+            let step = judged.refused.first().map_or(Value::Null, |step| step_json(&joined(&step.effects), &step.objections));
             (vec![StepDocument::of(first, &[])], step)
         }
     };

@@ -3,17 +3,16 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use super::LadderStep;
+use super::{LadderStep, RefusedStep};
 use crate::identify::calibration::IdentifyError;
-use crate::selection::objections::Objection;
 
 /// Progress of a ladder, for observers.
 #[derive(Debug)]
 pub enum Climb<'a> {
-    /// An effect is being added to the model of the last step.
-    Trying(&'a str),
-    /// The effect was refused, with the objections to it.
-    Refused(&'a str, &'a [Objection]),
+    /// Effects are being added, in one step, to the model of the last step.
+    Trying(&'a [String]),
+    /// That step was refused.
+    Refused(&'a RefusedStep),
     /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.
     Reached(&'a LadderStep),
     /// The error curves, the steps and the whole library are being compared.

@@ -34,13 +34,13 @@ fn sentences_of_diagnosis_comparison_and_ladder_call_it_by_its_words() {
     let data = [NamedDataset::new("campaign", &data)];
     let found = diagnose(&data, &model).unwrap();
     assert_eq!((found.verdict, &found.set95[..]), (Verdict::Identified, &[ID.into()][..]));
-    let said = sentences(&found, &Recommended::default()).join("\n");
+    let said: String = sentences(&found, &Recommended::default()).iter().map(|s| format!("{}\n", s.text)).collect();
     for text in [CALLED, HOSE_PULL.meaning.physics, HOSE_PULL.meaning.look] {
         assert!(said.contains(text), "{text}: {said}");
     }
     // It has no page in the gallery, which shows the catalogue.
     assert!(!said.contains("docs/gallery/hose_pull"), "{said}");
-    assert!(diagnosis_tables(&found, false).contains(WORDS));
+    assert!(diagnosis_tables(&found, false).to_string().contains(WORDS));
     assert!(lacking_sentence(&found).unwrap().to_lowercase().contains(CALLED));
 
     let compared = Comparison::of(&identify(&data, &model).unwrap(), &data, Use::Fit).unwrap();

@@ -177,20 +177,15 @@ fn of(program: &Program, written: Option<&PathBuf>, result: &RewrittenProgram) -
 
 fn tell(path: &Path, result: &RewrittenProgram) -> Result<(), Failure> {
     let shift = largest_shift_mm(result).map_or_else(String::new, |mm| format!(", shifted by up to {mm:.3} mm"));
-    print_answer(&format!(
-        "{}: {} of {} positions rewritten{shift}",
-        path.display(),
-        result.rewritten.len(),
-        result.positions
-    ))?;
+    print_answer(format!("{}: {} of {} positions rewritten{shift}", path.display(), result.rewritten.len(), result.positions))?;
     for (mark, blocks) in [("not rewritten", true), ("check", false)] {
         let remarks: Vec<&Remark> = result.remarks.iter().filter(|remark| remark.blocks == blocks).collect();
         for remark in remarks.iter().take(MOST_TOLD) {
             let Remark { line, what, reason, remedy, .. } = remark;
-            print_answer(&format!("{mark}: {}:{line}: {what}: {reason}; {remedy}", path.display()))?;
+            print_answer(format!("{mark}: {}:{line}: {what}: {reason}; {remedy}", path.display()))?;
         }
         if remarks.len() > MOST_TOLD {
-            print(&format!("and {} more; --json lists all", remarks.len() - MOST_TOLD))?;
+            print(format!("and {} more; --json lists all", remarks.len() - MOST_TOLD))?;
         }
     }
     Ok(())

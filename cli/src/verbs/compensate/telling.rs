@@ -12,10 +12,10 @@ pub const MOST_TOLD: usize = 20;
 
 /// The controller's frames, what was assumed, and what spoils the result.
 pub fn tell_setting(compensator: &Compensator<'_>, assumed: &[String]) -> Result<(), Failure> {
-    print(&format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
-    print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
+    print(format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
+    print(format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
     for sentence in assumed {
-        print(&format!("assumed: {sentence}"))?;
+        print(format!("assumed: {sentence}"))?;
     }
     if compensator.calibration().absolute_accuracy == Some(true) {
         print(

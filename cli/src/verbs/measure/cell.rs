@@ -112,14 +112,14 @@ pub fn run(
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
     if !silent {
-        print_answer(&summary(&record, planned.wanted(), &traffic_of(robot.as_ref(), &gauges)))?;
+        print_answer(summary(&record, planned.wanted(), &traffic_of(robot.as_ref(), &gauges)))?;
     }
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
     if !silent {
-        print_answer(&format!("dataset in {}", output.display()))?;
+        print_answer(format!("dataset in {}", output.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -153,7 +153,7 @@ fn open_journal(
         OpenedJournal::Ready(journal) => Ok(Some(*journal)),
         OpenedJournal::Finished { probings } => {
             if !silent {
-                print_answer(&finished(probings, output))?;
+                print_answer(finished(probings, output))?;
             }
             Ok(None)
         }

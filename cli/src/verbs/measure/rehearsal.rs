@@ -26,17 +26,18 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan) -> Result<Outcome, Failure> {
             from = Some(target);
         }
     }
-    print_answer(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], &rows))?;
+    let motions = rows.len();
+    print_answer(plain_table(["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], rows))?;
     let steps = format!(
         "at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %",
         cell.centring.max_steps,
         cell.guards.max_step / MM,
         cell.speed_percent
     );
-    print_answer(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
+    print_answer(format!("{motions} motions, {steps}; nothing was connected to and nothing moved"))?;
     let known = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance?)));
     match known.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((pose, gap)) => print_answer(&format!("the least clearance is {:.1} mm, of '{}'", gap / MM, pose.id))?,
+        Some((pose, gap)) => print_answer(format!("the least clearance is {:.1} mm, of '{}'", gap / MM, pose.id))?,
         None => print_answer("the plan does not say how clear its motions are: plan with `calibench plan CELL`")?,
     }
     if forbidden > 0 {

@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&json!({"format": "calibench-proof/1", "summary": Summary::of(&proofs), "proofs": proofs}))?;
     } else {
-        print_answer(&table)?;
+        print_answer(table)?;
     }
     Ok(Outcome::Done)
 }

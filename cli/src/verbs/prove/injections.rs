@@ -54,8 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&document)?;
     } else {
         gate.tell()?;
-        print_answer(&format!("{}\n", sentences(&found, rows)))?;
-        print(&text(&found))?;
+        print_answer(format!("{}\n", sentences(&found, rows).join("\n")))?;
+        print(text(&found))?;
     }
     Ok(Outcome::Done)
 }

@@ -5,31 +5,32 @@ use std::fmt::Write;
 
 use calibench_lab::injection::{FamilyRow, Injected, Injections};
 use calibench_lab::suite::Share;
-use calibench_report::{plain_rows, what};
+use calibench_report::{Printout, plain_table, what};
 
 const HEADER: [&str; 7] = ["effect", "injected", "found", "named", "size", "error before, mm", "after"];
 
 /// The tables in a terminal.
-pub fn text(found: &Injections) -> String {
-    let header: Vec<String> = HEADER.map(String::from).to_vec();
-    let table: Vec<Vec<String>> = found.families.iter().map(|row| cells(row).to_vec()).collect();
-    let mut out = format!("{}\n\n{}", plain_rows(&header, &table), legend());
+pub fn text(found: &Injections) -> Printout {
+    let table = plain_table(HEADER, found.families.iter().map(cells).collect());
+    let mut out = Printout::from(table) + "\n\n" + legend();
     let missed: Vec<String> = found.effects.iter().filter(|t| !t.named).map(missed).collect();
     if !missed.is_empty() {
-        let _ = write!(out, "\n\nNot named:\n{}", missed.iter().map(|m| format!("  {m}\n")).collect::<String>());
+        out.push("\n\nNot named:");
+        missed.iter().for_each(|missed| out.push(format!("\n  {missed}")));
     }
     if !found.untestable.is_empty() {
-        let _ = write!(out, "\nNot testable with these data:\n");
+        out.push(if missed.is_empty() { "" } else { "\n" });
+        out.push("\nNot testable with these data:");
         for (needs, effects) in untestable(found) {
-            let _ = writeln!(out, "  without {needs}: {}", effects.join(", "));
+            out.push(format!("\n  without {needs}: {}", effects.join(", ")));
         }
     }
-    out.trim_end().to_owned()
+    out
 }
 
 /// As Markdown, every effect in a row.
 pub fn markdown(found: &Injections, rows: [usize; 2]) -> String {
-    let mut out = format!("# What these data can show\n\n{}\n\n{}\n", sentences(found, rows), legend());
+    let mut out = format!("# What these data can show\n\n{}\n\n{}\n", sentences(found, rows).join("\n"), legend());
     let _ = write!(out, "\n| {} |\n|{}\n", HEADER.join(" | "), "---|".repeat(HEADER.len()));
     for row in &found.families {
         let _ = writeln!(out, "| {} |", cells(row).join(" | "));
@@ -85,7 +86,7 @@ pub fn page(found: &Injections, rows: [usize; 2]) -> String {
         .replace("{{DATA}}", &escaped(&found.datasets.join(", ")))
         .replace(
             "{{SENTENCES}}",
-            &sentences(found, rows).lines().map(|s| format!("<p>{}</p>\n", escaped(s))).collect::<String>(),
+            &sentences(found, rows).iter().map(|s| format!("<p>{}</p>\n", escaped(s))).collect::<String>(),
         )
         .replace("{{LEGEND}}", &escaped(&legend()))
         .replace("{{FAMILY_HEADER}}", &HEADER.iter().map(head).collect::<String>())
@@ -100,7 +101,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// The injections and their results, in sentences.
-pub fn sentences(found: &Injections, [used, all]: [usize; 2]) -> String {
+pub fn sentences(found: &Injections, [used, all]: [usize; 2]) -> [String; 3] {
     let noise = match found.noise.source {
         "stated" => "the stated noise",
         "replicates" => "the noise of its repeats",
@@ -108,20 +109,21 @@ pub fn sentences(found: &Injections, [used, all]: [usize; 2]) -> String {
     };
     let of_all = if used < all { format!(" of {all}") } else { String::new() };
     let count = |s: Share| format!("{} of {}", s.hits, s.of);
-    format!(
+    let injected = format!(
         "{} effects of the catalogue were injected, one at a time and at one plausible size, into {used}{of_all} fitted rows of {} with \
-         {noise}, {:.4} mm rms; the residual of the fit of these data as measured is {:.4} mm rms.\n\
-         Found: {}. Named: {}. Size within 2 sigma where named: {} (95 % expected).\n\
-         With nothing injected, {} trials named an effect.",
+         {noise}, {:.4} mm rms; the residual of the fit of these data as measured is {:.4} mm rms.",
         found.effects.len(),
         found.datasets.join(", "),
         found.noise.rms_mm,
         found.noise.residual_mm,
+    );
+    let seen = format!(
+        "Found: {}. Named: {}. Size within 2 sigma where named: {} (95 % expected).",
         count(found.found),
         count(found.named),
         count(found.within_2_sigma),
-        count(found.false_alarms),
-    )
+    );
+    [injected, seen, format!("With nothing injected, {} trials named an effect.", count(found.false_alarms))]
 }
 
 fn legend() -> String {
