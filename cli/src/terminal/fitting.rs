@@ -137,17 +137,29 @@ fn is_low(framed: &str, rows: usize) -> bool {
 /// The table in a frame, its cells wrapped; `None` if a word would have to be broken.
 fn framed(table: &Table, columns: usize) -> Option<String> {
     let least = widest_words(table);
-    (least.iter().sum::<usize>() + 3 * least.len() < columns)
-        .then(|| wrapped_table(table, &least, columns, UTF8_FULL_CONDENSED, (1, 1)))
+    (least.iter().sum::<usize>() + 3 * least.len() < columns).then(|| wrapped_table(table, &least, columns, Frame::Lines))
 }
 
 /// The table without a frame, its cells wrapped; `None` if a word would have to be broken.
 fn unframed(table: &Table, columns: usize) -> Option<String> {
     let least = widest_words(table);
-    (least.iter().sum::<usize>() + 2 * least.len() <= columns).then(|| wrapped_table(table, &least, columns, NOTHING, (0, 2)))
+    (least.iter().sum::<usize>() + 2 * least.len() <= columns).then(|| wrapped_table(table, &least, columns, Frame::Blanks))
 }
 
-fn wrapped_table(table: &Table, least: &[usize], columns: usize, preset: &str, padding: (u16, u16)) -> String {
+/// What parts the columns of a table.
+#[derive(Clone, Copy)]
+enum Frame {
+    /// Lines, with a blank on both sides.
+    Lines,
+    /// Two blanks.
+    Blanks,
+}
+
+fn wrapped_table(table: &Table, least: &[usize], columns: usize, frame: Frame) -> String {
+    let (preset, padding) = match frame {
+        Frame::Lines => (UTF8_FULL_CONDENSED, (1, 1)),
+        Frame::Blanks => (NOTHING, (0, 2)),
+    };
     let mut out = comfy_table::Table::new();
     out.load_preset(preset).set_content_arrangement(ContentArrangement::Dynamic);
     out.set_width(u16::try_from(columns).unwrap_or(u16::MAX)).set_header(table.header.iter().map(|column| &column.name));
