@@ -192,9 +192,9 @@ impl Period {
     ///
     /// ```
     /// use calibench::effects::EffectId;
-    /// use calibench::effects::registry::family;
+    /// use calibench::effects::registry::Registry;
     ///
-    /// let ripple = family("harmonic").ok_or("in the catalogue")?;
+    /// let ripple = Registry::catalogue().family("harmonic").ok_or("in the catalogue")?;
     /// assert_eq!(ripple.period.per_turn(&EffectId::new("harmonic:2:17")), Some(17));
     /// # Ok::<(), &str>(())
     /// ```

@@ -48,7 +48,7 @@ pub struct Family {
     pub id: &'static str,
     /// Its arguments: `""`, `":J"` (a joint), `":J:K"`, `":B"` (a ball), `":I"` (an indicator), `":T"` (a time).
     pub arguments: &'static str,
-    /// Its name in plain words, with its arguments in braces as [`in_words`] fills them in.
+    /// Its name in plain words, with its arguments in braces as [`Registry::in_words`](super::registry::Registry::in_words) fills them in.
     pub name: &'static str,
     /// Description, in a sentence.
     pub what: &'static str,

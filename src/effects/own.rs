@@ -37,7 +37,7 @@ pub struct OwnTerm {
 ///
 /// // An angle is not measured in millimetres.
 /// let wrong = OwnEffect { unit: Unit::MM, ..ripple };
-/// assert!(wrong.unit_fits().is_err_and(|e| e.key == "unit"));
+/// assert!(wrong.unit_fits().is_err_and(|e| e.key() == "unit"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

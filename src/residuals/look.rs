@@ -91,10 +91,10 @@ impl Look {
     /// The step at which a family of effects is met.
     ///
     /// ```
-    /// use calibench::effects::registry::family;
+    /// use calibench::effects::registry::Registry;
     /// use calibench::residuals::Look;
     ///
-    /// let hysteresis = family("hysteresis").ok_or("in the catalogue")?;
+    /// let hysteresis = Registry::catalogue().family("hysteresis").ok_or("in the catalogue")?;
     /// assert_eq!(Look::of(hysteresis), Look::Arrival);
     /// assert!(Look::Samples < Look::Arrival);
     /// # Ok::<(), &str>(())
