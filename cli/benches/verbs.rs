@@ -55,9 +55,9 @@ fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     let step = ladder_step(named, model, ground).unwrap();
     let advice = Advice::on(named, &step, ground).unwrap();
     let commands = Recommended::default();
-    let mut said = sentences(&step.diagnosis, &commands);
-    said.extend(next_step_sentences(&advice, &step.diagnosis, &commands));
-    said.join("\n") + &diagnosis_tables(&step.diagnosis, false)
+    let said = sentences(&step.diagnosis, &commands).into_iter().map(|sentence| sentence.text);
+    let said: Vec<String> = said.chain(next_step_sentences(&advice, &step.diagnosis, &commands)).collect();
+    said.join("\n") + &diagnosis_tables(&step.diagnosis, false).to_string()
 }
 
 fn verbs(c: &mut Criterion) {

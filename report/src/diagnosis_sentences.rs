@@ -7,6 +7,7 @@ use super::gallery::gallery_page;
 use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
+use super::printout::Sentence;
 use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
 use calibench::diagnosis::hypotheses::Place;
@@ -25,26 +26,26 @@ const MOST_NAMED: usize = 2;
 
 /// The diagnosis in words: the main effect and how much is still missing; the residual, suspects and noise; the verdict; each
 /// named effect with its observation, meaning and action; and finally what these data cannot test.
-pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<Sentence> {
     if let Some(warning) = unconverged(d) {
-        return vec![warning, left(d)];
+        return vec![Sentence::answer(warning), Sentence::detail(left(d))];
     }
-    let mut all: Vec<String> = main(d).into_iter().collect();
-    all.push(left(d));
-    all.extend(suspects(d));
-    all.extend(scatter_sentences(&d.scatter));
+    let mut all: Vec<Sentence> = main(d).map(Sentence::detail).into_iter().collect();
+    all.push(Sentence::detail(left(d)));
+    all.extend(suspects(d).map(Sentence::answer));
+    all.extend(scatter_sentences(&d.scatter).into_iter().map(Sentence::detail));
     if d.noise_is_overstated() {
-        all.push(format!(
+        all.push(Sentence::detail(format!(
             "Noise: the residual is smaller than the stated noise allows (chi2/dof {:.2}), so it is stated too large, and what is smaller than it is overlooked. Measure ten targets twice to know it, and correct [noise] of dataset.toml.",
             d.chi2_per_dof
-        ));
+        )));
     }
     if d.verdict != Verdict::SuspectSamples {
-        all.extend(outlier(d));
+        all.extend(outlier(d).map(Sentence::detail));
     }
-    all.extend(verdict(d, commands));
-    all.extend(unbelievable(d));
-    all.extend(untestable(d));
+    all.push(Sentence::answer(verdict(d)));
+    let rest = verdict_explained(d, commands).into_iter().chain(unbelievable(d)).chain(untestable(d));
+    all.extend(rest.map(Sentence::detail));
     all
 }
 
@@ -126,51 +127,51 @@ pub fn finds_nothing(d: &Diagnosis) -> bool {
     d.outcome == Outcome::Converged && d.verdict == Verdict::NothingLeft && !d.is_thin() && !d.noise_is_overstated()
 }
 
-fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
-    let named: Vec<&Finding> = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).collect();
+/// The effects that the diagnosis names.
+fn named(d: &Diagnosis) -> impl Iterator<Item = &Finding> {
+    d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect))
+}
+
+fn verdict(d: &Diagnosis) -> String {
     let word = if d.verdict == Verdict::SuspectSamples { "Without them" } else { "Verdict" };
-    let mut all = Vec::new();
     match beneath(d) {
-        Verdict::NothingLeft if d.is_thin() => all.push(format!(
+        Verdict::NothingLeft if d.is_thin() => format!(
             "{word}: nothing left, but hardly anything could be found: {} residuals are few for a model of {} unknowns. Measure more postures.",
             d.residuals,
             d.residuals - d.dof
-        )),
-        Verdict::DataDoNotFit => all.push(format!(
-            "{word}: data do not fit. What the model leaves is not noise: correct the data, and diagnose again."
-        )),
-        Verdict::NothingLeft | Verdict::SuspectSamples => all.push(format!(
+        ),
+        Verdict::DataDoNotFit => {
+            format!("{word}: data do not fit. What the model leaves is not noise: correct the data, and diagnose again.")
+        }
+        Verdict::NothingLeft | Verdict::SuspectSamples => format!(
             "{word}: nothing left. What remains is noise; no effect of the catalogue is significant. That does not prove accuracy elsewhere: measure where the robot is to work."
-        )),
-        Verdict::NoiseLargerThanStated => all.push(format!(
+        ),
+        Verdict::NoiseLargerThanStated => format!(
             "{word}: noise larger than stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
             d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
-        )),
+        ),
         Verdict::Identified => {
-            all.push(format!("{word}: identified. Missing in the model: {}.", all_called(named.iter().map(|f| &f.hypothesis.in_model))));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
+            format!("{word}: identified. Missing in the model: {}.", all_called(named(d).map(|f| &f.hypothesis.in_model)))
         }
-        Verdict::Partly => {
-            all.push(partly(d, word));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
-        }
-        Verdict::Indistinguishable => {
-            all.push(format!(
-                "{word}: indistinguishable. One of these is missing, and these data cannot tell which: {}.",
-                all_called(named.iter().map(|f| &f.hypothesis.in_model))
-            ));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
-        }
+        Verdict::Partly => partly(d, word),
+        Verdict::Indistinguishable => format!(
+            "{word}: indistinguishable. One of these is missing, and these data cannot tell which: {}.",
+            all_called(named(d).map(|f| &f.hypothesis.in_model))
+        ),
         Verdict::Unexplained => {
-            all.push(format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains."));
-            all.extend(unexplained(d, commands));
+            format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains.")
         }
-        other => {
-            all.push(format!("{word}: {}.", other.in_words()));
-            named.iter().for_each(|f| all.extend(saw_means_do(f)));
-        }
+        other => format!("{word}: {}.", other.in_words()),
     }
-    all
+}
+
+/// What led to the verdict, what it means, and what to do.
+fn verdict_explained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    match beneath(d) {
+        Verdict::NothingLeft | Verdict::DataDoNotFit | Verdict::SuspectSamples | Verdict::NoiseLargerThanStated => Vec::new(),
+        Verdict::Unexplained => unexplained(d, commands),
+        _ => named(d).flat_map(saw_means_do).collect(),
+    }
 }
 
 fn partly(d: &Diagnosis, word: &str) -> String {
@@ -335,7 +336,7 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
                 cell.joint + 1
             ));
             all.push(format!(
-                "Do: look at that shape for the cause; {} fits it as a user-defined effect, and judges it.",
+                "Do: look at that shape for the cause; `{}` fits it as a user-defined effect, and judges it.",
                 commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
             ));
             all

@@ -162,10 +162,7 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
             all.extend(tried.iter().map(|step| format!("  {}", not_added_sentence(step, usize::MAX))));
-            all.push(format!(
-                "`calibench next {}{}` names measurements that would add information.",
-                commands.datasets, commands.model
-            ));
+            all.push(format!("`{}` names measurements that would add information.", commands.verb("next")));
             all
         }
         other => vec![format!("The ladder ends: {}.", other.name().replace('_', " "))],

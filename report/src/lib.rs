@@ -60,7 +60,7 @@ pub use page::{
     PageSubject, Views, chart_page_html, linked, linked_or_told, page_html, page_script, script_sources,
 };
 pub use plausible::Plausible;
-pub use printout::{Block, Printout};
+pub use printout::{Block, Printout, Sentence};
 pub use recommended::Recommended;
 pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;

@@ -1,7 +1,7 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
 use super::effect_names::called;
-use super::printout::Printout;
+use super::printout::{Printout, Sentence};
 use super::tables::{Table, column, optional, plain_table};
 use calibench::diagnosis::detectability::Detectability;
 use calibench::effects::in_words;
@@ -50,18 +50,20 @@ pub fn next_table(p: &Proposal) -> Table {
 }
 
 /// A proposal in words: the effects in question, the best action, the next best ones, the assumptions.
-pub fn next_sentences(p: &Proposal) -> Vec<String> {
+pub fn next_sentences(p: &Proposal) -> Vec<Sentence> {
     let mut all = Vec::new();
     match p.rivals.as_slice() {
-        [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
-        [one] => all.push(format!(
+        [] => {
+            all.push(Sentence::detail("No effect of the catalogue is in question; measurements are chosen for accuracy alone."))
+        }
+        [one] => all.push(Sentence::detail(format!(
             "Only one effect is in question, {}; measurements are chosen for accuracy alone.",
             called(&one.effect)
-        )),
+        ))),
         several => {
             let named: Vec<String> =
                 several.iter().map(|r| format!("{}, probability {:.2}", called(&r.effect), r.probability)).collect();
-            all.push(format!("To be distinguished: {}.", named.join("; ")));
+            all.push(Sentence::answer(format!("To be distinguished: {}.", named.join("; "))));
         }
     }
     let says = |offer: &Offer, step: &Step| {
@@ -75,21 +77,23 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     };
     let best = p.best(|_| true);
     if let Some((offer, step)) = best {
-        all.push(format!("Best: {}.", says(offer, step)));
+        all.push(Sentence::answer(format!("Best: {}.", says(offer, step))));
         let others = p.offers.iter().filter(|o| !std::ptr::eq(*o, offer));
         let mut others: Vec<(&Offer, &Step)> = others.filter_map(|o| p.best(|other| std::ptr::eq(other, o))).collect();
         others.sort_by(|a, b| p.merit(b.1).total_cmp(&p.merit(a.1)));
         for (offer, step) in others.into_iter().take(2) {
-            all.push(format!("Beside it: {}.", says(offer, step)));
+            all.push(Sentence::detail(format!("Beside it: {}.", says(offer, step))));
         }
     }
     if p.now.error.is_some() {
-        all.push("Errors are those of a model that holds the whole library, each effect as large as the data make it.".into());
+        all.push(Sentence::detail(
+            "Errors are those of a model that holds the whole library, each effect as large as the data make it.",
+        ));
     }
     if p.criterion == Criterion::Discrimination {
-        all.push("The chances hold if one of the effects in question is the truth.".into());
+        all.push(Sentence::detail("The chances hold if one of the effects in question is the truth."));
     }
-    all.push("Minutes are assumed.".into());
+    all.push(Sentence::detail("Minutes are assumed."));
     all
 }
 

@@ -24,13 +24,13 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             let command = command(advice, diagnosis, commands);
             match advice.effects() {
                 [one] if effects::catalogue::set_aside_by(one).is_some() => {
-                    format!("Next: {command}: {}, which disagrees with all others.", called(one))
+                    format!("Next: `{command}`: {}, which disagrees with all others.", called(one))
                 }
                 [one] => {
-                    format!("Next: {command}: with {}, postures that were not fitted are predicted better.", called(one))
+                    format!("Next: `{command}`: with {}, postures that were not fitted are predicted better.", called(one))
                 }
                 several => format!(
-                    "Next: {command} excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
+                    "Next: `{command}` excludes the first of {} samples that disagree with all others; the ladder begins with all of them.",
                     several.len()
                 ),
             }
@@ -41,12 +41,12 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
                 effects => format!(" Without them `ladder` would add {}, which may be the wrong one.", all_called(effects)),
             };
             format!(
-                "Next: {} names the few measurements that would distinguish them.{without}",
+                "Next: `{}` names the few measurements that would distinguish them.{without}",
                 command(advice, diagnosis, commands)
             )
         }
         ToDo::Choose => format!(
-            "Next: {} compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
+            "Next: `{}` compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
             command(advice, diagnosis, commands)
         ),
     };
@@ -82,7 +82,7 @@ pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<S
     let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
     (verdict == Verdict::Indistinguishable).then(|| {
         format!(
-            "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
+            "Next: `{}` names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
             commands.verb("next"),
             all_called(&step.added)
         )

@@ -5,6 +5,32 @@ use std::ops::Add;
 
 use super::tables::Table;
 
+/// A sentence, and whether it belongs to the answer or explains how that came about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sentence {
+    /// The sentence.
+    pub text: String,
+    /// True if it belongs to the answer.
+    pub is_answer: bool,
+}
+
+impl Sentence {
+    /// A sentence of the answer.
+    pub(super) fn answer(text: impl Into<String>) -> Self {
+        Sentence { text: text.into(), is_answer: true }
+    }
+
+    /// A sentence that explains.
+    pub(super) fn detail(text: impl Into<String>) -> Self {
+        Sentence { text: text.into(), is_answer: false }
+    }
+}
+
+/// The sentences without their weight.
+pub(super) fn texts(sentences: Vec<Sentence>) -> Vec<String> {
+    sentences.into_iter().map(|sentence| sentence.text).collect()
+}
+
 /// A part of a printout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Block {

@@ -31,8 +31,9 @@ impl Recommended {
         }
     }
 
+    /// The command with this verb.
     pub(super) fn verb(&self, verb: &str) -> String {
-        format!("`calibench {verb} {}{}`", self.datasets, self.model)
+        format!("calibench {verb} {}{}", self.datasets, self.model)
     }
 
     /// The command that diagnoses them.

@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let goes_on = accepted && !after.diagnosis.verdict.is_noise();
         if let Some(path) = target.filter(|path| goes_on && !is_standard_output(path)) {
             print_answer(format!(
-                "Next: {} says what else is missing.",
+                "Next: `{}` says what else is missing.",
                 Recommended::of(&arguments.datasets, Some(path)).diagnose()
             ))?;
         }

@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(Printout::from("\n") + comparison_text(&comparison, &forecast))?;
         if !comparison.findings.is_empty() && which == Use::Fit {
             let commands = Recommended::of(&arguments.datasets, None);
-            print_answer(format!("Next: {} shows which of these causes is likely.", commands.diagnose()))?;
+            print_answer(format!("Next: `{}` shows which of these causes is likely.", commands.diagnose()))?;
         }
     }
     Ok(Outcome::Done)

@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
 }
 
-/// The diagnosis in words; the verdict, what is expected of the robot and what to do next are the answer.
+/// The diagnosis in words; what is expected of the robot and what to do next are part of the answer.
 fn tell(
     diagnosis: &Diagnosis,
     forecast: &Result<Forecast, NoForecast>,
@@ -94,8 +94,7 @@ fn tell(
     commands: &Recommended,
 ) -> Result<(), Failure> {
     for sentence in sentences(diagnosis, commands) {
-        let is_verdict = ["Verdict:", "Without them:", "WARNING:"].iter().any(|label| sentence.starts_with(label));
-        if is_verdict { print_answer(&sentence) } else { print(&sentence) }?;
+        if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
     print_answer(forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
     next_step_sentences(advice, diagnosis, commands).iter().try_for_each(|sentence| print_answer(sentence))

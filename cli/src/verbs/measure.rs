@@ -157,7 +157,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let diagnosis = diagnosis.as_ref().ok();
     if let Some(sentence) = diagnosis.and_then(lacking_sentence) {
         let commands = Recommended::of(std::slice::from_ref(output), arguments.model.as_deref());
-        print_answer(format!("{sentence} Next: {} shows more.", commands.diagnose()))?;
+        print_answer(format!("{sentence} Next: `{}` shows more.", commands.diagnose()))?;
     } else if !adaptive.is_enough() && diagnosis.is_some_and(finds_nothing) {
         print_answer("The diagnosis finds nothing that the model lacks: more poses, or less noise, are needed.")?;
     }

@@ -105,8 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     print(next_table(&proposal))?;
     planned.iter().try_for_each(|p| print(planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {
-        let is_advice = ["Best:", "To be distinguished:"].iter().any(|label| sentence.starts_with(label));
-        if is_advice { print_answer(&sentence) } else { print(&sentence) }?;
+        if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
     for not in &proposal.not_offered {
         print(format!("Not offered: {}: {}.", not.what, not.because))?;

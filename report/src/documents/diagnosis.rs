@@ -14,6 +14,7 @@ use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
 use crate::next_step::{command, next_step_sentences};
+use crate::printout::texts;
 use crate::recommended::Recommended;
 use crate::workspace::Forecast;
 
@@ -229,7 +230,7 @@ impl Advised {
             objections: step.objections.iter().map(objection_sentence).collect(),
         };
         let is_done = matches!(advice.to_do, selection::ToDo::Nothing | selection::ToDo::Unknown);
-        let command = (!is_done).then(|| command(advice, d, commands).trim_matches('`').to_owned());
+        let command = (!is_done).then(|| command(advice, d, commands));
         Advised {
             to_do: advice.to_do.name().into(),
             effects: advice.effects().to_vec(),
@@ -314,7 +315,7 @@ impl Diagnosis {
             fitted: d.fitted.clone(),
             workspace: forecast.map(Workspace::of_forecast),
             outside_range: forecast.and_then(|o| OutsideRange::of(&o.extrapolation)),
-            sentences: sentences(d, commands),
+            sentences: texts(sentences(d, commands)),
             advice: None,
             scatter: Scatter::of(&d.scatter),
             misfit: None,

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Recommended, Untestable, finite, format_tag};
 use crate::next::next_sentences;
+use crate::printout::texts;
 
 format_tag!(NextFormat, "calibench-next/1");
 format_tag!(DetectabilityFormat, "calibench-detectability/1");
@@ -203,7 +204,7 @@ impl Next {
             actions: p.offers.iter().map(Action::of).collect(),
             best,
             not_offered: p.not_offered.iter().map(not_offered).collect(),
-            sentences: next_sentences(p),
+            sentences: texts(next_sentences(p)),
             cell_known: None,
             written: None,
             planned_for: None,

@@ -29,7 +29,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
     if judged.to_do == ToDo::Nothing {
         return Ok(json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": advice}));
     }
-    let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
+    let command = subject.commands.verb("ladder");
     let (steps, step) = match judged.step {
         Some(next) => {
             let next = judge(*next, subject)?;
