@@ -62,13 +62,13 @@ impl Plot {
 
     fn axes(&self, out: &mut String) {
         let [left, top, right, bottom] = INSIDE;
-        let across = ticks(self.range(1), self.y.ends_with("deg"));
+        let across = ticks(self.range(1), false);
         for y in &across {
             let at = self.place(1, *y);
             line(out, if *y == 0.0 { "z" } else { "g" }, [left, at, right, at]);
             text(out, [left - 6.0, at + 4.0], "text-anchor=\"end\"", &label(*y, &across));
         }
-        let along = ticks(self.range(0), self.x.ends_with("deg"));
+        let along = ticks(self.range(0), self.degrees);
         let named = self.names.iter().enumerate().map(|(k, name)| (k as f64, cut(name)));
         let numbers = along.iter().map(|x| (*x, label(*x, &along)));
         let places: Vec<(f64, String)> = if self.names.is_empty() { numbers.collect() } else { named.collect() };

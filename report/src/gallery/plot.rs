@@ -7,6 +7,8 @@ pub struct Plot {
     pub title: String,
     /// Quantity and unit of the abscissa.
     pub x: String,
+    /// True if the abscissa is an angle in degrees, which has ticks at parts of a turn.
+    pub degrees: bool,
     /// Quantity and unit of the ordinate.
     pub y: String,
     /// Residuals of the fit.

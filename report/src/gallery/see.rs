@@ -215,6 +215,7 @@ fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa, event: Option<f64>) -> Opti
     let plot = Plot {
         title: format!("{} against {}", y.name(), x.against()),
         x: x.label(),
+        degrees: x.is_angle(),
         y: y.label(),
         points: drawn,
         marked: Vec::new(),
@@ -281,6 +282,7 @@ fn agreement(scene: &Scene<'_>, turned: bool) -> Plot {
     Plot {
         title: "Residual against the part that the effect explains".into(),
         x: format!("part explained by the effect (x, y and z of {axes}), {unit}"),
+        degrees: false,
         y: format!("residual, {unit}"),
         points: points.into_iter().step_by(stride).collect(),
         marked: Vec::new(),
@@ -306,6 +308,7 @@ fn lengths(scene: &Scene<'_>, sample: &str) -> Plot {
     Plot {
         title: "The length of every residual, in the order of measurement".into(),
         x: Abscissa::Order.label(),
+        degrees: false,
         y: "length of the residual, µm".into(),
         points,
         marked,

@@ -90,6 +90,11 @@ impl Abscissa {
         }
     }
 
+    /// True if it is an angle, in degrees.
+    pub fn is_angle(self) -> bool {
+        matches!(self, Abscissa::Angle(_) | Abscissa::Phase(..) | Abscissa::Lag(_) | Abscissa::Move(_))
+    }
+
     /// The words after "against" in a heading.
     pub fn against(self) -> String {
         match self {
