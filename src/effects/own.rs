@@ -34,14 +34,23 @@ pub struct OwnEffect {
 
 /// An error in a user-defined effect: what is wrong, and how to correct it.
 #[derive(Debug, Error, Clone, PartialEq)]
-#[error("{key}: {problem}; {remedy}")]
+#[error("{}: {problem}; {remedy}", self.key())]
 pub struct OwnEffectError {
-    /// Key within the effect's table: `name`, `terms[2].basis`.
-    pub key: String,
+    /// Index of the term, if the error is in one.
+    pub term: Option<usize>,
+    /// Key within the effect's table or the term: `name`, `basis`.
+    pub field: &'static str,
     /// The problem.
     pub problem: String,
     /// The remedy.
     pub remedy: String,
+}
+
+impl OwnEffectError {
+    /// The key within the effect's table: `name`, `terms[2].basis`.
+    pub fn key(&self) -> String {
+        self.term.map_or_else(|| self.field.to_owned(), |k| format!("terms[{k}].{}", self.field))
+    }
 }
 
 /// Longest name, characters.
@@ -90,7 +99,7 @@ impl OwnEffect {
         let mut coefficients = Coefficients { effect: self, parameters: Vec::new(), numbered: Vec::new() };
         let mut terms = Vec::with_capacity(self.terms.len());
         for (k, term) in self.terms.iter().enumerate() {
-            let within = |e: OwnEffectError| OwnEffectError { key: format!("terms[{k}].{}", e.key), ..e };
+            let within = |e: OwnEffectError| OwnEffectError { term: Some(k), ..e };
             let (site, ball) = term.place(subject).map_err(within)?;
             let basis = term.expression(subject).map_err(within)?;
             let parameter = coefficients.of(k, term).map_err(within)?;
@@ -192,8 +201,8 @@ impl Coefficients<'_> {
 }
 
 /// An error in a key of the effect's table, or of a term's.
-fn wrong(key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> OwnEffectError {
-    OwnEffectError { key: key.into(), problem: problem.into(), remedy: remedy.into() }
+fn wrong(field: &'static str, problem: impl Into<String>, remedy: impl Into<String>) -> OwnEffectError {
+    OwnEffectError { term: None, field, problem: problem.into(), remedy: remedy.into() }
 }
 
 /// True for a rotational site, false for a translational one; `None` if there is no such site, or if that depends on the

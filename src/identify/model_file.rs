@@ -104,7 +104,7 @@ pub fn check_effects(list: &EffectList<'_>, subject: &Subject<'_>) -> Result<(Ve
     for (k, effect) in own.iter().enumerate() {
         effect
             .build(subject)
-            .map_err(|e| field_error(path, text, &format!("{around}effect[{k}].{}", e.key), e.problem, e.remedy))?;
+            .map_err(|e| field_error(path, text, &format!("{around}effect[{k}].{}", e.key()), e.problem, e.remedy))?;
     }
     let subject = Subject { own: &own, ..*subject };
     for (k, id) in ids.iter().enumerate() {

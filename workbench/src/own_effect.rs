@@ -51,15 +51,12 @@ pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<O
     match effect.build(&subject) {
         Ok(_) => Ok(effect),
         Err(e) => {
-            // `terms[2].basis`: the third line.
-            let field = match e.key.rsplit('.').next().unwrap_or_default() {
-                "name" => "name",
-                "site" => "site",
-                "unit" => "unit",
+            let field = match e.field {
+                own @ ("name" | "site" | "unit") => own,
                 _ => "expressions",
             };
-            let line = e.key.strip_prefix("terms[").and_then(|rest| rest.split_once(']')?.0.parse::<usize>().ok());
-            let line = line
+            let line = e
+                .term
                 .filter(|_| field == "expressions" && lines.len() > 1)
                 .map_or(String::new(), |k| format!("line {}, ", k + 1));
             Err(Refusal::field(field, format!("{line}{}; {}", e.problem, e.remedy)))
