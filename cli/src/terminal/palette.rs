@@ -71,7 +71,7 @@ const LABELS: [(&str, Meaning); 19] = [
     ("Use ", Meaning::Strong),
     ("Against it:", Meaning::Error),
     ("Note:", Meaning::Warning),
-    ("Taken.", Meaning::Good),
+    ("Added.", Meaning::Good),
     ("WARNING:", Meaning::Warning),
     ("warning:", Meaning::Warning),
     ("not rewritten:", Meaning::Error),
