@@ -62,7 +62,7 @@ fn pictures_are_small_and_well_formed() {
 fn pictures_show_what_they_say() {
     let share = |page: &PathBuf| -> f64 {
         let text = fs::read_to_string(page).unwrap();
-        let before = text.split(" % of the squares").next().unwrap();
+        let before = text.split(" % of the plotted squares").next().unwrap();
         before.rsplit(' ').next().unwrap().parse().unwrap()
     };
     let pages: Vec<PathBuf> = CATALOGUE.iter().map(|f| gallery().join(format!("{}.md", f.id))).collect();

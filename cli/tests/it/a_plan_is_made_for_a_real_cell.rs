@@ -109,7 +109,7 @@ fn a_scenario_of_another_cell_is_refused_in_one_line() {
     refused(&folder(&without, |_| {}), &["scenario", "is missing", "name a scenario"]);
     let elsewhere = CELL.replace("scenario.toml", "nowhere.toml");
     refused(&folder(&elsewhere, |_| {}), &["cell.toml:3", "nowhere.toml is not there"]);
-    refused(&folder(CELL, |d| d.balls[2].position.x += 0.0015), &["cell.toml:3", "ball '3' stands 1.5 mm away"]);
+    refused(&folder(CELL, |d| d.balls[2].position.x += 0.0015), &["cell.toml:3", "ball '3' is 1.5 mm away"]);
     refused(&folder(CELL, |d| d.balls[1].id = "two".into()), &["cell.toml:3", "its balls are"]);
     refused(&folder(CELL, |d| d.payloads[0].name = "other".into()), &["cell.toml:3", "its payloads are"]);
     refused(&folder(CELL, |d| d.tool.xyz[2] += 0.002), &["cell.toml:3", "its tool is 2.0 mm"]);
