@@ -336,7 +336,9 @@ fn a_preset_that_is_not_taken_is_a_fault() {
     assert!(matches!(indicator.preset(6.35 * MM), Err(IndicatorError::Fault { detail }) if detail.contains("stores")));
     let mut never_recalls = Sylvac { recalls_by: "NEVER", ..Sylvac::default() };
     let mut indicator = AsciiIndicator::new(on_terminal(move |r| never_recalls.reply(r)), settings(Dialect::SYLVAC));
-    assert!(matches!(indicator.preset(6.35 * MM), Err(IndicatorError::Fault { detail }) if detail.contains("does not apply it")));
+    assert!(
+        matches!(indicator.preset(6.35 * MM), Err(IndicatorError::Fault { detail }) if detail.contains("does not apply it"))
+    );
 }
 
 #[test]
