@@ -120,7 +120,7 @@ fn shards_of_any_size_merge_to_the_bytes_of_one_run() {
     refused(&folder, &["merge", "2.csv", "whole.csv", "-o", "no.csv"], "which");
     done(&folder, &["study", "s.toml", "--trials", "1", "--first", "8", "--seed", "2", "-o", "other.csv"]);
     refused(&folder, &["merge", "whole.csv", "other.csv", "-o", "no.csv"], "merge the shards of one study");
-    refused(&folder, &["merge", "s.toml"], "is no table");
+    refused(&folder, &["merge", "s.toml"], "is not a table");
     assert!(!folder.path().join("no.csv").exists());
 }
 
@@ -150,7 +150,7 @@ fn a_study_that_was_cut_goes_on_wherever_it_was() {
     let as_it_is = bytes(&folder, "cut.csv");
 
     // Mismatches are refused, and the file stays unchanged.
-    refused(&folder, &arguments, "holds more than 4 trials");
+    refused(&folder, &arguments, "contains more than 4 trials");
     refused(&folder, &["study", "s.toml", "--trials", "9", "--first", "1", "-o", "cut.csv"], "begins with trial 0, not 1");
     refused(&folder, &["study", "s.toml", "--trials", "9", "--seed", "7", "-o", "cut.csv"], "contains trials of quick-");
     let path = folder.path().join("s.toml");
@@ -159,7 +159,7 @@ fn a_study_that_was_cut_goes_on_wherever_it_was() {
     assert!(bytes(&folder, "cut.csv") == as_it_is);
     refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "s.toml"], "is read by this command");
     fs::write(folder.path().join("letter"), "mine\n").unwrap();
-    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "letter"], "is no table");
+    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "letter"], "is not a table");
     // A row changed by hand is detected.
     fs::write(folder.path().join("edited.csv"), String::from_utf8(whole).unwrap().replacen(",tracker,", ",trical,", 1))
         .unwrap();

@@ -398,7 +398,7 @@ fn what_is_no_input_is_told_in_a_line() {
             &["long.toml:5: effect[0].terms[0].basis", "500 characters"],
         ),
         (&["identify", "r/trical", "--model", "mm.toml", "-o", OUT], &["mm.toml:4: effect[0].unit", "which turn", "give deg"]),
-        (&["identify", "r/trical", "--model", "kg.toml", "-o", OUT], &["kg.toml:4: effect[0].unit", "no measure"]),
+        (&["identify", "r/trical", "--model", "kg.toml", "-o", OUT], &["kg.toml:4: effect[0].unit", "is not a unit"]),
         (&["diagnose", "early"], &["early/samples.csv:2: time_s", "-5 is impossible"]),
         (&["add", "outlier:nope", "r/trical"], &["there is no sample 'nope'", "outlier:ID"]),
         (&["add", &outlier, "r/trical"], &["there is no sample", "among the rows that are fitted"]),

@@ -24,7 +24,7 @@ static PAGE: Mutex<()> = Mutex::new(());
 /// The part of a command's output shown on the page: lines that begin so.
 type Shown = (&'static str, &'static [&'static str]);
 
-const STEP_LINES: [&str; 5] = ["│ model", "│ base_frame", "│ + ", "Taken", "Against"];
+const STEP_LINES: [&str; 5] = ["│ model", "│ base_frame", "│ + ", "Added", "Against"];
 
 const RIPPLE: [(&str, &[Shown]); 5] = [
     (
@@ -247,7 +247,7 @@ fn fall(shown: &str) -> String {
         if !below[0].contains("harmonic") {
             row(&[&below[0], &below[2], &below[4]]);
         }
-        let refused = if step.contains("Taken") { "" } else { " (refused)" };
+        let refused = if step.contains("Added.") { "" } else { " (refused)" };
         row(&[&format!("{}{refused}", above[0]), &above[2], &above[4]]);
     }
     let curved =
