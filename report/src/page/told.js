@@ -7,10 +7,11 @@ import { capital } from "./text.js";
 // What a sentence of the program begins with.
 const BEGINS = /^(Saw|Means|Do|Not tested|Order|Repeats|WARNING|Not believable at this size): (.*)$/s;
 
+const OF_THE_FIT = "Residual of the fit ";
+
 /** @type {[word: string, of: RegExp][]} */
 const BY_WHAT = [
   ["Explained", /explains \d+ % of the squares/],
-  ["Residual", /samples? leaves? /],
   ["Look at", /^Look at /],
 ];
 
@@ -22,6 +23,7 @@ const BY_WHAT = [
 function labelled(text) {
   const [, word, rest] = text.match(BEGINS) ?? [null, null, text];
   if (word === "Not believable at this size") return ["Beware", `Not believable at this size: ${rest}`];
+  if (text.startsWith(OF_THE_FIT)) return ["Residual", text.slice(OF_THE_FIT.length)];
   if (word) return [word === "WARNING" ? "Warning" : word, /^[a-z]+[ ,]/.test(rest) ? capital(rest) : rest];
   return [BY_WHAT.find(([, of]) => of.test(text))?.[0] ?? "Noted", text];
 }
