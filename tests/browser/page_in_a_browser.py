@@ -450,8 +450,11 @@ def ladder(page, folder, found, took):
     """The ladder tells what it does; cancelled, it leaves the workbench as it was; then it leads where it should."""
     page.opens([folder / "dataset.toml", folder / "samples.csv"])
     settled(page.page)
-    effects = "bench.live.effects.join()"
-    before = page.page.evaluate(effects)
+
+    def effects():
+        return page.asks("document")["live"]["effects"]
+
+    before = effects()
     page.page.click("#recommend")
     page.page.wait_for_selector("#cancel:not([hidden])", timeout=PATIENCE)
     page.page.wait_for_timeout(200)
@@ -459,9 +462,9 @@ def ladder(page, folder, found, took):
     page.page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
     status = page.page.locator("#status").inner_text()
     found.unless(status.startswith("Cancelled"), f"cancelled, the page says '{status}'")
-    found.unless(page.page.evaluate(effects) == before and page.page.is_disabled("#undo"), "cancelled, the workbench is not as it was")
+    found.unless(effects() == before and page.page.is_disabled("#undo"), "cancelled, the workbench is not as it was")
     took("ladder", lambda: page.waits("#recommend"))
-    found.unless("harmonic:3:202" in page.page.evaluate(effects), f"the ladder leads to {page.page.evaluate(effects)}")
+    found.unless("harmonic:3:202" in effects(), f"the ladder leads to {effects()}")
     settled(page.page)
     after = page.page.evaluate("[...document.querySelectorAll('#now .value')].map(v => v.lastChild.textContent)")
     # What a cancelled action leaves is what was there, the model of the ladder included.
