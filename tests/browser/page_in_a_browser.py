@@ -400,7 +400,7 @@ def plays(program, page, pictures, found, took):
             page.page.click(f"#{what}")
         text = Path(download.value.path()).read_text(encoding="utf-8")
         found.unless(download.value.suggested_filename == name, f"{what} saves {download.value.suggested_filename}")
-        mark = {"model.toml": "harmonic:3:202", "calibration.toml": "harmonic:3:202", "calibrated.urdf": "<robot", "report.html": "calibench-report/1"}[name]
+        mark = {"model.toml": "harmonic:3:202", "calibration.toml": "harmonic:3:202", "calibrated.urdf": "<robot", "report.html": "calibench-report/2"}[name]
         found.unless(mark in text, f"{name} does not hold '{mark}'")
     for name, width, light in [("dark", 1280, "dark"), ("narrow", 390, "light")]:
         page.page.set_viewport_size({"width": width, "height": 900})
