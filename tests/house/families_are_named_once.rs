@@ -3,24 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::{production, sources};
+use crate::{production, production_sources, sources};
 
 /// Where the families are.
 const CATALOGUE: &str = "src/effects/catalogue";
-
-/// Folders of sources.
-const SOURCES: [&str; 10] = [
-    "src",
-    "report/src",
-    "cli/src",
-    "sim/src",
-    "sim/lab/src",
-    "sim/mujoco/src",
-    "sim/serve/src",
-    "sim/view/src",
-    "web/src",
-    "tests/fuzz/src",
-];
 
 /// Words that are also columns, kinds of samples, keys and parts of the scenery.
 const WORDS: [&str; 2] = ["ball", "target"];
@@ -72,10 +58,8 @@ fn no_source_but_its_own_spells_the_id_of_a_family() {
     assert!(families.len() >= 45, "{families:?}");
     let mut used = BTreeSet::new();
     let mut found = Vec::new();
-    for (path, source) in SOURCES.iter().flat_map(|folder| sources(folder)) {
-        if path.starts_with(CATALOGUE) {
-            continue;
-        }
+    let elsewhere = |(path, _): &(String, String)| !path.starts_with(CATALOGUE) && !path.contains("/benches/");
+    for (path, source) in production_sources().chain(sources("tests/fuzz/src")).filter(elsewhere) {
         for id in ids_in(&source, &families) {
             match OTHERS.iter().find(|(file, start)| path == *file && id.starts_with(start)) {
                 Some(other) => _ = used.insert(*other),

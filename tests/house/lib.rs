@@ -14,6 +14,11 @@ mod values_have_names;
 
 use std::path::{Path, PathBuf};
 
+use syn::Attribute;
+
+/// The folders of the packages; `src` alone of the one at the root, whose folder is everybody's.
+const PACKAGES: [&str; 6] = ["src", "report", "workbench", "sim", "cli", "web"];
+
 /// The folder of the workspace.
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -30,11 +35,22 @@ fn sources(place: &str) -> Vec<(String, String)> {
     if at.is_file() {
         return vec![(place.to_owned(), read(place))];
     }
-    let Ok(folder) = std::fs::read_dir(&at) else { return Vec::new() };
+    let folder = std::fs::read_dir(&at).unwrap_or_else(|e| panic!("{place}: {e}"));
     let mut names: Vec<String> = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     let is_source = |name: &String| name.ends_with(".rs") || root().join(place).join(name).is_dir();
     names.into_iter().filter(is_source).flat_map(|name| sources(&format!("{place}/{name}"))).collect()
+}
+
+/// The Rust sources of all packages but their tests: paths from the workspace, and texts.
+fn production_sources() -> impl Iterator<Item = (String, String)> {
+    PACKAGES.into_iter().flat_map(sources).filter(|(path, _)| !path.contains("/tests/"))
+}
+
+/// True if an item with these attributes is compiled for tests only.
+fn is_test(attributes: &[Attribute]) -> bool {
+    let of_test = |a: &Attribute| a.meta.require_list().is_ok_and(|list| list.tokens.to_string().contains("test"));
+    attributes.iter().any(|a| a.path().is_ident("cfg") && of_test(a))
 }
 
 /// The lines of a source without its comments and its unit tests, which end every file.

@@ -1,10 +1,7 @@
 //! What a function needs is handed to it: nothing is installed in the process, where a second caller would be ignored without a
 //! word.
 
-use crate::{production, sources};
-
-/// Where production code is.
-const PLACES: [&str; 5] = ["src", "report", "sim", "cli/src", "web/src"];
+use crate::{production, production_sources};
 
 /// Types of statics that can be written once or again.
 const WRITABLE: [&str; 6] = ["OnceLock<", "OnceCell<", "LazyLock<", "Mutex<", "RwLock<", "Atomic"];
@@ -33,7 +30,7 @@ fn writable(source: &str) -> impl Iterator<Item = &str> {
 #[test]
 fn nothing_is_installed_in_the_process() {
     let mut found = Vec::new();
-    for (path, source) in PLACES.into_iter().flat_map(sources).filter(|(path, _)| !path.contains("/tests/")) {
+    for (path, source) in production_sources() {
         found.extend(writable(&source).map(|name| (path.clone(), name.to_owned())));
     }
     for (path, name) in &found {

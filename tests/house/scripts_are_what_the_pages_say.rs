@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::{read, root};
+use crate::{PACKAGES, read, root, sources};
 
 /// The first two commands of the README.
 fn opening_commands() -> Vec<String> {
@@ -39,38 +39,15 @@ fn each_is_on_a_page_and_can_be_executed() {
     }
 }
 
-/// Files of tests of which one or more are ignored, by name without suffix.
-fn studies(folder: &Path, found: &mut BTreeSet<String>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() {
-            studies(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            let text = std::fs::read_to_string(&path).unwrap();
-            for reason in text.lines().filter(|line| line.trim_start().starts_with("#[ignore")) {
-                assert!(reason.contains(&format!("validation/run {name}\"")), "{}: {reason}", path.display());
-                found.insert(name.clone());
-            }
-        }
-    }
-}
-
 #[test]
 fn every_study_is_on_its_page() {
     let mut found = BTreeSet::new();
-    for folder in [
-        "src",
-        "tests/it",
-        "report",
-        "workbench",
-        "cli/tests",
-        "sim/tests",
-        "sim/lab/tests",
-        "sim/mujoco/tests",
-        "sim/view/tests",
-    ] {
-        studies(&root().join(folder), &mut found);
+    for (path, text) in PACKAGES.into_iter().chain(["tests/it"]).flat_map(sources) {
+        let name = Path::new(&path).file_stem().unwrap().to_string_lossy();
+        for reason in text.lines().filter(|line| line.trim_start().starts_with("#[ignore")) {
+            assert!(reason.contains(&format!("validation/run {name}\"")), "{path}: {reason}");
+            found.insert(name.clone().into_owned());
+        }
     }
     let page = read("docs/validation-studies.md");
     let told: BTreeSet<String> =

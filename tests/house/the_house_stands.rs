@@ -1,12 +1,12 @@
 //! The house of the source: no circles between files or folders of a package, packages in one direction, no file too long to be read.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use syn::visit::{self, Visit};
-use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
+use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 
-use crate::root;
+use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
 const PACKAGES: [(&str, &[&str]); 10] = [
@@ -39,20 +39,9 @@ const LONGEST_FILE: usize = 400;
 /// A module by the names from the crate's root.
 type Module = Vec<String>;
 
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-fn module_of(file: &Path, folder: &Path) -> Module {
+fn module_of(file: &str, folder: &str) -> Module {
     let mut names: Module =
-        file.strip_prefix(folder).unwrap().with_extension("").iter().map(|n| n.to_str().unwrap().into()).collect();
+        Path::new(file).strip_prefix(folder).unwrap().with_extension("").iter().map(|n| n.to_str().unwrap().into()).collect();
     if names.last().is_some_and(|n| n == "mod" || (names.len() == 1 && (n == "lib" || n == "main"))) {
         names.pop();
     }
@@ -66,14 +55,6 @@ struct Named {
     imports: Vec<(Vec<String>, bool)>,
     /// Paths in code.
     paths: Vec<Vec<String>>,
-}
-
-fn is_test(attributes: &[Attribute]) -> bool {
-    attributes.iter().any(|a| a.path().is_ident("cfg") && quote(a).contains("test"))
-}
-
-fn quote(attribute: &Attribute) -> String {
-    attribute.meta.require_list().map(|list| list.tokens.to_string()).unwrap_or_default()
 }
 
 fn flatten(tree: &UseTree, before: &[String], found: &mut Vec<Vec<String>>) {
@@ -132,13 +113,11 @@ struct Package {
 }
 
 impl Package {
-    fn read(folder: &Path) -> Self {
-        let mut files = Vec::new();
-        sources(folder, &mut files);
+    fn read(folder: &str) -> Self {
         let mut named = BTreeMap::new();
-        for file in files {
+        for (file, text) in sources(folder) {
             let mut of_file = Named::default();
-            of_file.visit_file(&syn::parse_file(&std::fs::read_to_string(&file).unwrap()).unwrap());
+            of_file.visit_file(&syn::parse_file(&text).unwrap());
             named.insert(module_of(&file, folder), of_file);
         }
         let mut package = Package { named, handed_on: BTreeMap::new() };
@@ -236,7 +215,7 @@ fn circle<N: Ord + Clone>(uses: &BTreeMap<N, BTreeSet<N>>) -> Option<Vec<N>> {
 #[test]
 fn no_files_and_no_folders_use_each_other_in_a_circle() {
     for (folder, _) in PACKAGES {
-        let package = Package::read(&root().join(folder));
+        let package = Package::read(folder);
         let uses = package.uses();
         assert!(uses.values().map(BTreeSet::len).sum::<usize>() > 3, "{folder}: nothing was seen");
         assert_eq!(circle(&uses), None, "{folder}");
@@ -266,14 +245,11 @@ fn a_circle_would_be_seen() {
 #[test]
 fn packages_depend_on_each_other_in_one_direction() {
     for (folder, allowed) in PACKAGES {
-        let mut files = Vec::new();
-        sources(&root().join(folder), &mut files);
-        for file in files {
-            let text = std::fs::read_to_string(&file).unwrap();
+        for (file, text) in sources(folder) {
             let code: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
             let code = code.join("\n");
             for name in PACKAGES.iter().flat_map(|(_, names)| *names).filter(|name| !allowed.contains(name)) {
-                assert!(!code.contains(&format!("{name}::")), "{} uses {name}", file.display());
+                assert!(!code.contains(&format!("{name}::")), "{file} uses {name}");
             }
         }
     }
@@ -299,7 +275,7 @@ fn stand_ins_of_a_real_cell(package: &Package) -> BTreeMap<Module, Vec<String>> 
 
 #[test]
 fn a_real_cell_is_measured_without_the_simulator() {
-    let files = stand_ins_of_a_real_cell(&Package::read(&root().join("cli/src")));
+    let files = stand_ins_of_a_real_cell(&Package::read("cli/src"));
     assert!(files.len() > 5, "the files that measure a real cell have moved: name their new place here");
     for (file, foreign) in files {
         assert!(foreign.is_empty(), "{}: {foreign:?}", file.join("::"));
@@ -309,15 +285,12 @@ fn a_real_cell_is_measured_without_the_simulator() {
 #[test]
 fn every_file_can_be_read_at_one_sitting() {
     for (folder, _) in PACKAGES {
-        let mut files = Vec::new();
-        sources(&root().join(folder), &mut files);
-        for file in files {
-            let text = std::fs::read_to_string(&file).unwrap();
+        for (file, text) in sources(folder) {
             let lines = text
                 .lines()
                 .take_while(|line| !line.starts_with("#[cfg(test)]") && !line.starts_with("#[cfg(all(test"))
                 .count();
-            assert!(lines <= LONGEST_FILE, "{} has {lines} lines", file.display());
+            assert!(lines <= LONGEST_FILE, "{file} has {lines} lines");
         }
     }
 }

@@ -1,12 +1,12 @@
 //! What travels together is a type with names: a tuple in a signature or a field leaves it to its reader which place holds what.
 
 use syn::visit::{self, Visit};
-use syn::{Attribute, Field, FnArg, Item, ParenthesizedGenericArguments, Signature, Type, TypeBareFn, TypeTuple, Visibility};
+use syn::{Field, FnArg, Item, ParenthesizedGenericArguments, Signature, Type, TypeBareFn, TypeTuple, Visibility};
 
-use crate::{production, sources};
+use crate::{PACKAGES, is_test, production, production_sources, sources};
 
-/// Where Rust sources are.
-const PLACES: [&str; 9] = ["src", "report", "sim", "cli", "web/src", "tests/it", "tests/fuzz", "examples", "benches"];
+/// Where Rust sources are besides the packages.
+const ELSEWHERE: [&str; 4] = ["tests/it", "tests/fuzz", "examples", "benches"];
 
 /// A dataset with its name as a tuple.
 const NAMELESS: [&str; 2] = ["(&str, &Dataset)", "(&'a str, &'a Dataset)"];
@@ -65,11 +65,6 @@ impl<'ast> Visit<'ast> for Tuples {
     }
 }
 
-fn is_test(attributes: &[Attribute]) -> bool {
-    let is = |a: &Attribute| a.meta.require_list().is_ok_and(|list| list.tokens.to_string().contains("test"));
-    attributes.iter().any(|a| a.path().is_ident("cfg") && is(a))
-}
-
 fn is_tuple(of: &Type) -> bool {
     match of {
         Type::Tuple(tuple) => tuple.elems.len() > 1,
@@ -93,13 +88,12 @@ impl<'ast> Visit<'ast> for HoldsTuple {
 
 /// The tuples of production code, by file.
 fn tuples() -> impl Iterator<Item = (String, Tuples)> {
-    let files = ["src", "report", "sim", "cli/src", "web/src"].into_iter().flat_map(sources);
-    files.filter(|(path, _)| !path.contains("/tests/")).map(|(path, source)| (path, Tuples::of(&source)))
+    production_sources().map(|(path, source)| (path, Tuples::of(&source)))
 }
 
 #[test]
 fn a_dataset_and_its_name_are_a_named_dataset() {
-    for (path, source) in PLACES.into_iter().flat_map(sources) {
+    for (path, source) in PACKAGES.into_iter().chain(ELSEWHERE).flat_map(sources) {
         let lines: Vec<&str> = nameless(&source).collect();
         assert!(lines.is_empty(), "{path}: write `NamedDataset`: {lines:#?}");
     }
