@@ -114,20 +114,7 @@ fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
 
 /// Actions for which a user waits; undoing them in between is not timed.
 fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
-    let case = Case {
-        title: "W8".into(),
-        question: None,
-        model: Model::default_for(&dataset),
-        datasets: vec![("W8".into(), dataset)],
-        misfits: Vec::new(),
-        judged: None,
-        commands: Recommended::default(),
-        commands_from: String::new(),
-        campaign: None,
-        pictures: Vec::new(),
-        run: None,
-        worker: None,
-    };
+    let case = Case::of_datasets(&[], vec![("W8".into(), dataset)], None).unwrap();
     let place = Place::new(std::env::temp_dir(), None);
     let Ok(bench) = Bench::new(case, place) else { panic!("the data determine the model") };
     let bench = Arc::new(bench);

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::program::calibench;
+use crate::program::{calibench, scenario};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -28,8 +28,7 @@ fn refused(folder: &Path, line: &str, words: &str) {
 /// A planned and measured cell with its calibration, and the plan of its sentinels.
 fn calibrated() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    fs::write(folder.path().join("cell.toml"), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
+    fs::write(folder.path().join("cell.toml"), SCENARIO.replace("BASE", &scenario("table8.toml"))).unwrap();
     ran(folder.path(), "plan cell.toml -o plan.toml");
     ran(folder.path(), "measure cell.toml --plan plan.toml -o then");
     ran(folder.path(), "identify then -o calibration.toml");

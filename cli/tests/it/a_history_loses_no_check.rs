@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use crate::program::scenario;
+
 /// A short plan in the cell of table 8.
 const SCENARIO: &str = "format = \"calibench-scenario/1\"\nextends = \"BASE\"\n[plan]\npool_per_ball = 150\nstarts = 1\n";
 
@@ -26,9 +28,8 @@ fn ended(child: Child) {
 fn checks_made_at_once_are_all_in_the_history() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
     // Backslashes in a path would be escapes.
-    let base = base.to_str().unwrap().replace('\\', "/");
+    let base = scenario("table8.toml").replace('\\', "/");
     fs::write(at.join("cell.toml"), SCENARIO.replace("BASE", &base)).unwrap();
     for line in [
         "plan cell.toml -o plan.toml",

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::program::scenario;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -18,9 +18,8 @@ const QUICK: &str = "format = \"calibench-scenario/1\"\nextends = \"CELL\"\nname
 
 fn study() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
     // Backslashes in a path would be escapes.
-    let text = QUICK.replace("CELL", &cell.to_str().unwrap().replace('\\', "/"));
+    let text = QUICK.replace("CELL", &scenario("table8.toml").replace('\\', "/"));
     fs::write(folder.path().join("s.toml"), text).unwrap();
     folder
 }
@@ -303,8 +302,7 @@ const ROBOTS: &str = "format = \"calibench-scenario/1\"\nextends = \"CELL\"\nnam
 #[test]
 fn rare_robots_are_weighed_and_cut_like_others() {
     let folder = study();
-    let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    let text = ROBOTS.replace("CELL", &cell.to_str().unwrap().replace('\\', "/"));
+    let text = ROBOTS.replace("CELL", &scenario("table8.toml").replace('\\', "/"));
     fs::write(folder.path().join("robots.toml"), text).unwrap();
     let of = |more: &[&str]| {
         let base = ["study", "robots.toml", "--method", "trical", "--rare", "0.99"];

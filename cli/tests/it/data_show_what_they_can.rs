@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::program::run_of;
 use serde_json::Value;
 
 fn calibench(folder: &Path, threads: &str, arguments: &[&str]) -> Output {
@@ -22,10 +23,8 @@ fn count(share: &Value) -> [u64; 2] {
 
 #[test]
 fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = run_of("table8.toml");
     let folder = folder.path();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    done(folder, "2", &["run", scenario.to_str().unwrap(), "--out", "run"]);
 
     let printed = done(folder, "2", &["prove", "run/trical", "--json", "--seed", "7", "-o", "page.html"]);
     let found: Value = serde_json::from_str(&printed).unwrap();

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
+use crate::program::run_of;
+
 fn printed(folder: &Path, columns: Option<&str>, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
     command.current_dir(folder).args(arguments).env_remove("COLUMNS");
@@ -63,11 +65,8 @@ fn without_columns(whole: &str, names: &BTreeSet<String>) -> String {
 
 #[test]
 fn eighty_columns_hold_everything_or_say_what_they_leave_out() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = run_of("table8.toml");
     let folder = folder.path();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
-    let scenario = scenario.to_str().unwrap();
-    printed(folder, None, &["run", scenario, "--out", "run"]);
     for arguments in [
         &["identify", "run/trical"][..],
         &["validate", "run/trical.toml", "run/validation"],

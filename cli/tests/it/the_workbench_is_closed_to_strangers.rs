@@ -4,21 +4,15 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::Command;
 
+use crate::program::{done, scenario};
 use crate::workbench::Workbench;
 use serde_json::json;
 
 /// A dataset of the perfect cell, and files beside it.
 fn measured() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/perfect.toml");
-    let output = Command::new(env!("CARGO_BIN_EXE_calibench"))
-        .current_dir(folder.path())
-        .args(["measure", scenario.to_str().unwrap(), "-o", "data"])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    done(folder.path(), &["measure", &scenario("perfect.toml"), "-o", "data"]);
     fs::write(folder.path().join("secret.toml"), "effects = [\"mdh\"]\n").unwrap();
     folder
 }

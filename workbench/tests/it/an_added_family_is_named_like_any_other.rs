@@ -70,20 +70,7 @@ fn the_page_and_the_workbench_have_its_name_and_meaning() {
         assert_eq!(meaning["physics"], HOSE_PULL.meaning.physics);
         assert_eq!(meaning["gallery"], Value::Null);
     };
-    let case = Case {
-        title: "campaign".into(),
-        question: None,
-        datasets: vec![("campaign".into(), data)],
-        misfits: Vec::new(),
-        judged: None,
-        model,
-        commands: Recommended::default(),
-        commands_from: String::new(),
-        campaign: None,
-        pictures: Vec::new(),
-        run: None,
-        worker: None,
-    };
+    let case = Case { model, ..Case::of_datasets(&[], vec![("campaign".into(), data)], None).unwrap() };
     let page = case.subject(&[0], &case.model, &case.commands, |subject: &PageSubject<'_>| {
         let page_model = PageModel::new(subject).unwrap();
         let views = Views::new(subject, &page_model).unwrap();
