@@ -2,7 +2,7 @@
 
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects;
-use calibench::selection::ladder::Ladder;
+use calibench::selection::ladder::{Ladder, RefusedStep};
 use calibench::selection::{Advice, ToDo};
 
 use super::effect_names::{all_called, called, each_called};
@@ -57,7 +57,8 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ),
     };
     // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
-    let refused = advice.refused.iter().filter(|step| step.effects != advice.effects()).take(MOST_REFUSED);
+    let is_advised = |step: &&RefusedStep| step.effects.iter().all(|effect| advice.effects().contains(effect));
+    let refused = advice.refused.iter().filter(|step| !is_advised(step)).take(MOST_REFUSED);
     let refused = refused.map(|step| {
         let why = step.objections.first().map(objection_sentence).unwrap_or_default();
         format!("Not added: {}: {why}.", each_called(&diagnosis.registry, &step.effects))

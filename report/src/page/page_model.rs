@@ -92,11 +92,6 @@ impl PageModel {
         Offered::all(&self.ladder_step.model, &self.ladder_step.diagnosis).into_iter().map(|o| o.effect.into()).collect()
     }
 
-    /// The poses at which it was judged.
-    pub fn judged_at(&self) -> Arc<WorkspacePoses> {
-        self.poses.clone()
-    }
-
     /// The same as the ground of a step.
     pub fn ground(&self) -> HoldOut<'_> {
         HoldOut { poses: &self.poses.q, checks: &[], worker: self.worker }
