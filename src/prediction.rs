@@ -1,6 +1,10 @@
 //! Prediction: the error to expect over the workspace, at poses that nobody measured, with its spread.
 
 pub(crate) mod at_new_poses;
+mod chance;
+// No verb uses it yet.
+#[cfg_attr(not(test), expect(dead_code))]
+pub(crate) mod field;
 pub(crate) mod level;
 mod map;
 mod outside_range;

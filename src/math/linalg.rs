@@ -123,6 +123,14 @@ pub fn product_of_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64>
     out
 }
 
+/// `a b^T` for `a` (m x k) and `b` (n x k).
+pub fn product_with_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.nrows(), b.nrows());
+    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.nrows(), b.nrows());
+    faer::linalg::matmul::matmul(to, Accum::Replace, view(a), view(b).transpose(), 1.0, Par::Seq);
+    out
+}
+
 /// The triangle R of `a = Q R`, by Householder reflections; its number of rows is the smaller dimension of `a`.
 ///
 /// For a tall matrix, the triangle of its stretches' triangles, each computed as a separate task.

@@ -65,7 +65,7 @@ impl Level {
 
 /// Mean of lengths, clipped at their 95 % quantile, or five times their median if that is larger: a few bad samples
 /// must not determine the level.
-fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
+pub(crate) fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
     lengths.sort_by(f64::total_cmp);
     let Some(last) = lengths.len().checked_sub(1) else { return 0.0 };
     let most = lengths[(last as f64 * (1.0 - FEW)) as usize].max(5.0 * lengths[last / 2]);

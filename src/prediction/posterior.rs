@@ -4,7 +4,6 @@
 //! variables are sampled together with the noise. White scatter beyond the instrument noise is attributed to the robot
 //! and sampled independently at every pose.
 
-mod chance;
 mod joint_errors;
 mod linear_model;
 mod sampler;

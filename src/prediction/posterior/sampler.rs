@@ -15,10 +15,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::chance::{chi_squared, normal, one_of};
 use super::linear_model::{Group, KINDS, LinearModel, NoisePrior, Size, State};
 use super::solver::Solver;
 use crate::identify::fit::FitError;
+use crate::prediction::chance::{chi_squared, normal, one_of};
 use crate::prediction::worker::{self, Worker};
 
 /// Number of chains.

@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
-use super::chance::normal;
 use super::linear_model::{Group, LinearModel, Outer, Size, State};
 use crate::identify::fit::FitError;
 use crate::math::linalg::{self, Cholesky};
+use crate::prediction::chance::normal;
 
 /// Sweeps between updates of the sample weights if there are more rows than columns: the products of the rows are
 /// expensive.

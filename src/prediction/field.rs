@@ -1,0 +1,225 @@
+//! The field of joint errors: everything by which the joints of an arm may err that no named effect describes, and what it is
+//! worth at given postures.
+//!
+//! The residual is explained by the model's own parameters about their nominal values, by the effects of the catalogue, and by
+//! errors of the joints' angles: curves of a joint's own angle, functions of two angles, and functions of a joint's load and
+//! an angle. Every group has one size. Its posterior mean is a correction; whether that is to be used is decided by what is
+//! measured at left-out postures as far from the data as those where the robot works (decision 0045).
+
+mod basis;
+mod campaign;
+mod conditional;
+mod divisions;
+mod evidence;
+mod expected;
+mod gate;
+mod gibbs;
+mod kernels;
+mod left_out;
+mod rows;
+mod table;
+
+use nalgebra::{DVector, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use thiserror::Error;
+
+use self::campaign::Campaign;
+use self::conditional::Conditional;
+use self::divisions::{Measured, divisions, measure};
+use self::expected::{Expected, leverage};
+use self::gate::Gate;
+use self::rows::{Coefficients, Groups, Rows};
+use self::table::{Part, Table, shares};
+use super::workspace::{SEED, at_poses};
+use crate::diagnosis::Examination;
+use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::{FitError, Outcome};
+use crate::math::linalg::Cholesky;
+use crate::measure::dataset::NamedDataset;
+
+/// Largest number of samples whose sizes are sampled; of more, they are found by evidence.
+const MOST_SAMPLED: usize = 200;
+
+/// Draws of a field whose sizes were found by evidence.
+const DRAWS: usize = 100;
+
+/// The reason why there is no field.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub(crate) enum FieldError {
+    /// Too few samples.
+    #[error("{found} samples are too few for a field of joint errors; measure at least {least}")]
+    TooFewSamples {
+        /// Samples of the fit.
+        found: usize,
+        /// Fewest of a field.
+        least: usize,
+    },
+    /// The model lacks what a field would stand in for.
+    #[error("the model does not hold '{effect}', whose columns a field of joint errors needs beside it; add it to the model")]
+    WithoutColumns {
+        /// The effect.
+        effect: &'static str,
+    },
+    /// Only sliding joints.
+    #[error("no joint of '{robot}' turns; a field of joint errors is one of angles")]
+    NoJointTurns {
+        /// Name of the robot.
+        robot: String,
+    },
+    /// The fit about which it would be linear is none.
+    #[error("the fit did not converge; a field of joint errors is linear about a fit that did")]
+    NotConverged,
+    /// No posture to judge at.
+    #[error("there is no posture at which the field of joint errors is to be judged; name at least one")]
+    NoPosture,
+    /// A matrix could not be factored.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The postures do not go with the examined fit.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+}
+
+/// A campaign explained by its model alone and by its model with the field.
+pub(crate) struct Field {
+    campaign: Campaign,
+    rows_alone: Rows,
+    alone: Conditional,
+    with_field: Conditional,
+    /// Mean of all coefficients: the correction.
+    mean: Coefficients,
+    /// Draws of them, of which that is not the mean.
+    draws: Vec<Coefficients>,
+    divisions: Vec<Measured>,
+}
+
+/// What a field is worth at given postures.
+#[derive(Debug, Clone)]
+pub(crate) struct Worth {
+    /// The error to expect of the model alone, and of the model with its field.
+    pub before: Expected,
+    pub after: Expected,
+    pub gate: Gate,
+    /// What the divisions of the campaign measure.
+    pub divisions: Vec<Measured>,
+    /// Shares of the correction there, the largest first; they sum to 1.
+    pub shares: Vec<(Part, f64)>,
+    /// Displacement that the model alone, and the model with its field, add to the prediction of the fit, m.
+    pub alone: Vec<Vector3<f64>>,
+    pub corrected: Vec<Vector3<f64>>,
+}
+
+/// The correction in the form in which it is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Correction {
+    /// Change of each fitted parameter, in the order of the fit's, SI.
+    pub parameters: Vec<f64>,
+    /// Sizes of the candidates' parameters, in the order of the examination's columns, in plausible sizes.
+    pub effects: Vec<f64>,
+    /// Errors of the joints' angles.
+    pub table: Table,
+}
+
+impl Field {
+    /// Explains an examined fit; the same data give the same field on any number of threads.
+    ///
+    /// # Errors
+    /// When the fit did not converge or the data do not carry a field.
+    pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
+        if examination.fit.outcome != Outcome::Converged {
+            return Err(FieldError::NotConverged);
+        }
+        let campaign = Campaign::of(datasets, examination)?;
+        let Campaign { rows, y, groups, stated, .. } = &campaign;
+        let rows_alone = rows.of_model();
+        let weights = evidence::weights(&rows_alone, y)?;
+        let alone = evidence::of_model(&rows_alone, y, &weights, *stated)?;
+        let (with_field, mean, draws) = if rows.samples.len() <= MOST_SAMPLED {
+            let sampled = gibbs::sample(rows, groups, y, *stated, gibbs::SEED)?;
+            (conditioned(&campaign, sampled.sizes)?, sampled.mean, sampled.draws)
+        } else {
+            let found = evidence::of_groups(rows, groups, y, &weights, *stated)?;
+            let random = &mut ChaCha8Rng::seed_from_u64(gibbs::SEED);
+            let draws = (0..DRAWS).map(|_| found.draw(rows, groups, y, random)).collect();
+            let mean = found.mean.clone();
+            (found, mean, draws)
+        };
+        let divided = divisions(datasets, examination, &campaign);
+        let divisions = measure(&divided, &campaign, [&alone, &with_field]);
+        Ok(Field { campaign, rows_alone, alone, with_field, mean, draws, divisions })
+    }
+
+    /// Judges it at joint angles `poses` (rad, N) of the first set-up.
+    ///
+    /// # Errors
+    /// When there is no posture.
+    pub fn worth(
+        &self,
+        datasets: &[NamedDataset<'_>],
+        examination: &Examination,
+        poses: &[Vec<f64>],
+    ) -> Result<Worth, FieldError> {
+        let Some(first) = datasets.first().filter(|_| !poses.is_empty()) else { return Err(FieldError::NoPosture) };
+        let Field { campaign, rows_alone, alone, with_field, divisions, .. } = self;
+        let random = &mut ChaCha8Rng::seed_from_u64(SEED);
+        let there = campaign.there(&at_poses(first.dataset, examination, poses, random), examination)?;
+        let there_alone = there.rows.of_model();
+        let noise2 = |model: &Conditional| model.sizes.noise * campaign.noise_m.powi(2);
+        let of_alone = alone.variances(rows_alone, &Groups::default(), &there_alone);
+        let of_field = with_field.variances(&campaign.rows, &campaign.groups, &there.rows);
+        let far = leverage(&of_alone, noise2(alone));
+        let before = Expected::of(divisions, 0, far, &of_alone, noise2(alone));
+        let after = Expected::of(divisions, 1, far, &of_field, noise2(with_field));
+
+        let by_alone = there_alone.applied(&alone.mean);
+        let by_field = there.rows.applied(&self.mean);
+        let drawn = self.draws.iter().map(|draw| {
+            let truth = there.rows.applied(draw);
+            [&by_alone, &by_field].map(|model| mean_length(&(&truth - model)))
+        });
+        let drawn: Vec<[f64; 2]> = drawn.collect();
+        let gate = Gate::of([&before, &after], divisions, &drawn);
+        let displacements = |by: DVector<f64>| -> Vec<Vector3<f64>> {
+            let moved = by + &there.offset;
+            (0..poses.len()).map(|p| moved.fixed_rows::<3>(3 * p).into_owned()).collect()
+        };
+        Ok(Worth {
+            before,
+            after,
+            gate,
+            divisions: divisions.clone(),
+            shares: shares(campaign, &there, &self.mean),
+            alone: displacements(by_alone),
+            corrected: displacements(by_field),
+        })
+    }
+
+    /// The correction as parameters, sizes of effects and a table.
+    pub fn correction(&self) -> Correction {
+        let priors = self.campaign.priors.iter().zip(&self.mean.smooth);
+        Correction {
+            parameters: priors.map(|([sigma, mean], b)| mean + sigma * b).collect(),
+            effects: self.mean.effects.iter().copied().collect(),
+            table: Table::of(&self.campaign, &self.mean),
+        }
+    }
+}
+
+/// Mean length of displacements, three rows each.
+fn mean_length(rows: &DVector<f64>) -> f64 {
+    let count = rows.len() / 3;
+    (0..count).map(|p| rows.fixed_rows::<3>(3 * p).norm()).sum::<f64>() / count.max(1) as f64
+}
+
+/// The model with its field of given sizes.
+fn conditioned(campaign: &Campaign, sizes: conditional::Sizes) -> Result<Conditional, FieldError> {
+    let Campaign { rows, groups, y, .. } = campaign;
+    let n = rows.count();
+    let kernels = kernels::Kernels::new(rows, groups);
+    let (mut factor, mut covariance) = (Cholesky::new(n), nalgebra::DMatrix::zeros(n, n));
+    evidence::condition(&kernels, (rows, groups), &sizes, &mut kernels::Room::new(rows), (&mut factor, &mut covariance))?;
+    factor.inverse(&mut covariance);
+    Ok(Conditional::with(rows, y, groups, sizes, covariance))
+}

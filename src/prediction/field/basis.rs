@@ -1,0 +1,237 @@
+//! The functions of which the error of a joint's angle is made: curves of its own angle, products of curves of two joint
+//! angles, and products of its load with a curve of an angle.
+//!
+//! Every group is a finite set of functions `phi`, scaled so that `sum phi(x) phi(x')` is the kernel of its Gaussian process
+//! at plausible size. A posterior mean is then a short list of coefficients.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::units::URAD;
+
+/// Plausible size of a joint's error, one-sigma, of a curve's band or of a pair, rad.
+const ORDINARY: f64 = 50.0 * URAD;
+
+/// Bands of orders per turn, each with one size.
+const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
+
+/// Highest order of a coarse curve; gears and encoders make the others.
+const COARSE: usize = 20;
+
+/// Orders of a curve within a pair.
+pub(super) const PAIR_ORDERS: usize = 4;
+
+/// Length scales of a function of two variables, rad; the weights of the orders are a mean over them.
+const LENGTHS: [f64; 3] = [0.5, 0.9, 1.5];
+
+/// Weight of the load's square beside the load itself, as variances.
+const SQUARE: f64 = 0.3;
+
+/// Weight of a pure function of the load beside those that change with an angle, as variances.
+const LOAD_ALONE: f64 = 0.15;
+
+/// Largest load, in multiples of its root mean square, beyond which its effect no longer grows.
+const MOST_LOAD: f64 = 4.0;
+
+/// Least lever of a joint that has curves, as a share of the largest: what moves less cannot be seen.
+const CURVE_LEVER: f64 = 0.02;
+
+/// Least lever of a joint that has pairs, as a share of the largest.
+const PAIR_LEVER: f64 = 0.1;
+
+/// Least load of a joint that has functions of it, as a share of the largest: the axis of the others is vertical.
+const LEAST_LOAD: f64 = 1e-3;
+
+/// Kinds of groups; sizes of one kind scatter about a common one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    /// Effects of the catalogue.
+    Effect,
+    /// Curves of a joint's own angle, to order 20.
+    Curve,
+    /// Curves of higher orders.
+    FineCurve,
+    /// Functions of two joint angles.
+    Angles,
+    /// Functions of a joint's load and an angle.
+    Load,
+}
+
+/// All kinds.
+pub(super) const KINDS: [Kind; 5] = [Kind::Effect, Kind::Curve, Kind::FineCurve, Kind::Angles, Kind::Load];
+
+/// Functions of one size. Joints are counted from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Group {
+    /// A candidate of the catalogue, by its index in the library.
+    Effect(usize),
+    /// A curve of a joint's own angle, from the first to the last of these orders.
+    Curve { joint: usize, orders: [usize; 2] },
+    /// A function of two joint angles.
+    Angles { joint: usize, of: [usize; 2] },
+    /// A function of the joint's own load and an angle.
+    Load { joint: usize, angle: usize },
+}
+
+impl Group {
+    pub fn kind(self) -> Kind {
+        match self {
+            Group::Effect(_) => Kind::Effect,
+            Group::Curve { orders: [_, last], .. } if last <= COARSE => Kind::Curve,
+            Group::Curve { .. } => Kind::FineCurve,
+            Group::Angles { .. } => Kind::Angles,
+            Group::Load { .. } => Kind::Load,
+        }
+    }
+
+    /// Size of each of its functions at plausible size, rad.
+    pub fn scales(self) -> Vec<f64> {
+        let weights = pair_weights();
+        let of_waves = || weights.iter().flat_map(|w| [w.sqrt(); 2]);
+        let shares: Vec<f64> = match self {
+            Group::Effect(_) => Vec::new(),
+            Group::Curve { orders: [first, last], .. } => vec![((last + 1 - first) as f64).sqrt().recip(); self.width()],
+            Group::Angles { .. } => of_waves().flat_map(|a| of_waves().map(move |b| a * b)).collect(),
+            Group::Load { .. } => {
+                let of_angle = || std::iter::once(LOAD_ALONE.sqrt()).chain(of_waves());
+                [1.0, SQUARE.sqrt()].into_iter().flat_map(|load| of_angle().map(move |angle| load * angle)).collect()
+            }
+        };
+        shares.into_iter().map(|share| ORDINARY * share).collect()
+    }
+
+    /// Writes its functions at joint angles `q` (rad) and loads `tau` (N·m) into `to`; `load` is the root mean square load of
+    /// each joint. They are sines and cosines of the orders, products of those of two angles with the second angle's last,
+    /// and for a load x (in root mean squares, at most 4) `x` and `x^2 - 1`, each alone and times those of an angle.
+    pub fn write(self, q: &[f64], tau: &[f64], load: &[f64], to: &mut [f64]) {
+        let mut next = to.iter_mut();
+        let mut put = |value: f64| next.next().into_iter().for_each(|to| *to = value);
+        match self {
+            Group::Effect(_) => {}
+            Group::Curve { joint, orders: [first, last] } => {
+                for order in first..=last {
+                    let (sin, cos) = (order as f64 * q[joint]).sin_cos();
+                    put(sin);
+                    put(cos);
+                }
+            }
+            Group::Angles { of: [a, b], .. } => {
+                let of_b = waves(q[b]);
+                waves(q[a]).for_each(|a| of_b.clone().for_each(|b| put(a * b)));
+            }
+            Group::Load { joint, angle } => {
+                let x = (tau[joint] / load[joint]).clamp(-MOST_LOAD, MOST_LOAD);
+                let of_angle = waves(q[angle]);
+                for load in [x, x * x - 1.0] {
+                    put(load);
+                    of_angle.clone().for_each(|wave| put(load * wave));
+                }
+            }
+        }
+    }
+
+    /// Number of its functions; of an effect, none.
+    pub fn width(self) -> usize {
+        match self {
+            Group::Effect(_) => 0,
+            Group::Curve { orders: [first, last], .. } => 2 * (last + 1 - first),
+            Group::Angles { .. } => 4 * PAIR_ORDERS * PAIR_ORDERS,
+            Group::Load { .. } => 2 * (1 + 2 * PAIR_ORDERS),
+        }
+    }
+}
+
+/// The groups of one joint, in the order of their functions.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct JointGroups {
+    pub joint: usize,
+    pub groups: Vec<Group>,
+}
+
+impl JointGroups {
+    /// The functions of each group.
+    pub fn spans(&self) -> impl Iterator<Item = Range<usize>> {
+        self.groups.iter().scan(0, |first, group| {
+            let span = *first..*first + group.width();
+            *first = span.end;
+            Some(span)
+        })
+    }
+
+    /// Number of all functions.
+    pub fn width(&self) -> usize {
+        self.groups.iter().map(|g| g.width()).sum()
+    }
+}
+
+/// What the basis needs to know of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct JointFacts {
+    /// True if it turns: the field knows no functions of a length.
+    pub turns: bool,
+    /// Root mean square displacement per angle, in any unit.
+    pub lever: f64,
+    /// Root mean square load, N·m.
+    pub load: f64,
+}
+
+/// The functions of all joints.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Basis {
+    pub joints: Vec<JointGroups>,
+    /// Root mean square load of each joint, N·m.
+    pub load: Vec<f64>,
+}
+
+/// Shares of the variance of a curve within a pair, by order from 1.
+pub(super) fn pair_weights() -> [f64; PAIR_ORDERS] {
+    let of = |order: usize| LENGTHS.iter().map(|l| l * (-0.5 * (l * order as f64).powi(2)).exp()).sum::<f64>();
+    let all: [f64; PAIR_ORDERS] = std::array::from_fn(|k| of(k + 1));
+    let sum: f64 = all.iter().sum();
+    all.map(|w| w / sum)
+}
+
+impl Basis {
+    /// The groups of a robot with these joints.
+    pub fn of(joints: &[JointFacts]) -> Self {
+        let turning = || joints.iter().enumerate().filter(|(_, j)| j.turns);
+        let most = turning().map(|(_, j)| j.lever).fold(0.0, f64::max);
+        let most_load = turning().map(|(_, j)| j.load).fold(0.0, f64::max);
+        // The last joint turns the tool about itself: nothing of the arm stands differently.
+        let variables: Vec<usize> = turning().map(|(j, _)| j).filter(|&j| j + 1 < joints.len()).collect();
+        let groups_of = |(joint, facts): (usize, &JointFacts)| {
+            if facts.lever <= CURVE_LEVER * most {
+                return None;
+            }
+            let mut groups: Vec<Group> = BANDS.iter().map(|&orders| Group::Curve { joint, orders }).collect();
+            if facts.lever > PAIR_LEVER * most {
+                let pairs = variables.iter().enumerate().flat_map(|(k, &a)| variables[k + 1..].iter().map(move |&b| [a, b]));
+                groups.extend(pairs.map(|of| Group::Angles { joint, of }));
+                if facts.load > LEAST_LOAD * most_load {
+                    groups.extend(variables.iter().map(|&angle| Group::Load { joint, angle }));
+                }
+            }
+            Some(JointGroups { joint, groups })
+        };
+        Basis { joints: turning().filter_map(groups_of).collect(), load: joints.iter().map(|j| j.load).collect() }
+    }
+
+    /// Writes the functions of one joint's groups at joint angles `q` (rad) and loads `tau` (N·m) into `to`, rad: one-sigma of
+    /// the joint's error at plausible size.
+    pub fn write(&self, of: &JointGroups, q: &[f64], tau: &[f64], to: &mut [f64]) {
+        let mut next = 0;
+        for group in &of.groups {
+            let own = next..next + group.width();
+            group.write(q, tau, &self.load, &mut to[own.clone()]);
+            to[own].iter_mut().zip(group.scales()).for_each(|(value, scale)| *value *= scale);
+            next += group.width();
+        }
+    }
+}
+
+/// Sine and cosine of every order of a curve within a pair.
+fn waves(angle: f64) -> impl Iterator<Item = f64> + Clone {
+    (1..=PAIR_ORDERS).flat_map(move |order| <[f64; 2]>::from((order as f64 * angle).sin_cos()))
+}

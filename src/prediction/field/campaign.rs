@@ -1,0 +1,208 @@
+//! What the field sees of an examined fit: whitened rows, their levers, and the model's columns with their priors.
+
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+use super::FieldError;
+use super::basis::{Basis, JointFacts};
+use super::rows::{Groups, Rows};
+use crate::diagnosis::Examination;
+use crate::diagnosis::examination::Span;
+use crate::effects::{EffectId, Owner};
+use crate::identify::calibration::IdentifyError;
+use crate::identify::problem::{Circumstance, Parameter, Prior};
+use crate::measure::dataset::{Dataset, NamedDataset};
+use crate::prediction::at_new_poses::AtNewPoses;
+use crate::prediction::level::is_noise_overstated;
+use crate::residuals::noise::JointSteps;
+use crate::robot::JointKind;
+use crate::units::{MM, MRAD, Unit};
+
+/// Fewest samples of a field: fewer were never studied.
+pub(super) const LEAST_SAMPLES: usize = 20;
+
+/// Largest number of samples by which sizes are found; of more, only every k-th is.
+pub(super) const MOST_SAMPLES: usize = 400;
+
+/// Prior one-sigma about nominal of the tilt between two axes (alpha, beta), rad.
+const TILT: f64 = 4.0 * MRAD;
+
+/// Prior one-sigma about nominal of a joint's zero (theta), rad.
+const ZERO: f64 = 20.0 * MRAD;
+
+/// Prior one-sigma about nominal of a length (a, d), m.
+const LENGTH: f64 = 2.0 * MM;
+
+/// Prior one-sigma of a joint's twist under its largest torque, rad.
+const TWIST: f64 = 2.0 * MRAD;
+
+/// Prior one-sigma of what has no other, in plausible sizes.
+const FREE: f64 = 4.0;
+
+/// Prior one-sigma about the fit of a free frame or ball: practically free, and no number is lost beside micrometres.
+const FREE_LENGTH: f64 = 10.0 * MM;
+const FREE_ANGLE: f64 = 10.0 * MRAD;
+
+/// Prior of a fitted parameter: one-sigma and mean of its deviation from the fit, SI.
+fn prior_about_nominal(parameter: &Parameter, value: f64, torques: &[f64]) -> [f64; 2] {
+    let spec = &parameter.spec;
+    let sigma = match (parameter.knowledge, EffectId::new(&parameter.effect).family()) {
+        (Prior::Certified(sigma) | Prior::Plausible(sigma), _) => sigma,
+        // It is among the rows.
+        (Prior::Fleet(_), _) => return [if spec.unit == Unit::MM { FREE_LENGTH } else { FREE_ANGLE }, 0.0],
+        (Prior::Uninformative, _) if parameter.owner != Owner::Robot => {
+            return [if spec.unit == Unit::MM { FREE_LENGTH } else { FREE_ANGLE }, 0.0];
+        }
+        (Prior::Uninformative, "mdh") if spec.unit == Unit::MM => LENGTH,
+        (Prior::Uninformative, "mdh") if spec.name.starts_with("theta") => ZERO,
+        (Prior::Uninformative, "mdh") => TILT,
+        (Prior::Uninformative, "joint_compliance") => {
+            let torque = parameter.link.and_then(|j| torques.get(j)).copied().unwrap_or(0.0);
+            if torque > 0.0 { TWIST / torque } else { FREE * spec.prior }
+        }
+        (Prior::Uninformative, _) => FREE * spec.prior,
+    };
+    [sigma, -value]
+}
+
+/// The whitened problem of a campaign, and what is known of its samples.
+pub(super) struct Campaign {
+    pub basis: Basis,
+    pub groups: Groups,
+    pub rows: Rows,
+    /// Whitened residuals, the model's parameters at the means of their priors.
+    pub y: DVector<f64>,
+    /// Variance of the noise in whitened units, if it is known.
+    pub stated: Option<f64>,
+    /// One-sigma of the noise per axis by which the rows are whitened, m.
+    pub noise_m: f64,
+    /// For each sample, metres per whitened unit.
+    pub back: Vec<Matrix3<f64>>,
+    pub circumstances: Vec<Circumstance>,
+    /// The samples, by their index in the examination.
+    pub chosen: Vec<usize>,
+    /// One-sigma and mean of the prior of each fitted parameter, as a deviation from the fit, SI.
+    pub priors: Vec<[f64; 2]>,
+}
+
+/// Rows of the campaign's coefficients elsewhere, m, and what the fit's parameters do there at the means of their priors.
+pub(super) struct There {
+    pub rows: Rows,
+    pub offset: DVector<f64>,
+}
+
+/// Levers and functions of these samples; `height` rows of each are of its position.
+fn moved(basis: &Basis, at: &[Circumstance], count: usize, first: impl Fn(usize) -> usize) -> [Vec<DMatrix<f64>>; 2] {
+    let lever = |joint: usize| {
+        let mut lever = DMatrix::zeros(count, 1);
+        for (s, c) in at.iter().enumerate() {
+            (0..c.height).for_each(|k| lever[(first(s) + k, 0)] = c.joints[joint][k]);
+        }
+        lever
+    };
+    let functions = basis.joints.iter().map(|groups| {
+        let mut transposed = DMatrix::zeros(groups.width(), at.len());
+        for (mut to, c) in transposed.column_iter_mut().zip(at) {
+            basis.write(groups, &c.q, &c.tau, to.as_mut_slice());
+        }
+        transposed.transpose()
+    });
+    [basis.joints.iter().map(|groups| lever(groups.joint)).collect(), functions.collect()]
+}
+
+fn columns(levers: Vec<DMatrix<f64>>) -> Vec<DVector<f64>> {
+    levers.into_iter().map(|lever| lever.column(0).into_owned()).collect()
+}
+
+impl Campaign {
+    /// Lays out an examined fit.
+    ///
+    /// # Errors
+    /// When there are too few samples, no joint turns, or the model lacks the arm's own parameters.
+    pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
+        let Examination { rows: all, fitted, columns: candidates, spans, problem, fit, model, yardstick, .. } = examination;
+        let taken = examination.circumstances.len();
+        if taken < LEAST_SAMPLES {
+            return Err(FieldError::TooFewSamples { found: taken, least: LEAST_SAMPLES });
+        }
+        if let Some(effect) = ["base_frame", "mdh"].into_iter().find(|effect| !model.holds(effect)) {
+            return Err(FieldError::WithoutColumns { effect });
+        }
+        let step = taken.div_ceil(MOST_SAMPLES).max(1);
+        let chosen: Vec<usize> = (0..taken).step_by(step).collect();
+        let circumstances: Vec<Circumstance> = chosen.iter().map(|&s| examination.circumstances[s].clone()).collect();
+        let robot = problem.robot();
+        let n = circumstances.len() as f64;
+        let facts = (0..robot.joints()).map(|j| JointFacts {
+            turns: robot.kind(j) == JointKind::Revolute,
+            lever: (circumstances.iter().map(|c| c.joints[j].norm_squared()).sum::<f64>() / n).sqrt(),
+            load: (circumstances.iter().map(|c| c.tau[j] * c.tau[j]).sum::<f64>() / n).sqrt(),
+        });
+        let basis = Basis::of(&facts.collect::<Vec<_>>());
+        if basis.joints.is_empty() {
+            return Err(FieldError::NoJointTurns { robot: robot.name.clone() });
+        }
+        let groups = Groups::of(&basis, &spans.iter().map(|s| s.count).collect::<Vec<_>>());
+
+        // Known distances and what a fleet knows are no samples: their rows come after those.
+        let end = examination.circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+        let places: Vec<usize> =
+            circumstances.iter().flat_map(|c| c.first_row..c.first_row + c.height).chain(end..all.ncols()).collect();
+        let mut first = 0;
+        let samples: Vec<_> = circumstances
+            .iter()
+            .map(|c| {
+                first += c.height;
+                first - c.height..first
+            })
+            .collect();
+        let (m, count) = (fitted.len(), candidates.len());
+        let torque = |j: usize| circumstances.iter().map(|c| c.tau[j].abs()).fold(0.0, f64::max);
+        let torques: Vec<f64> = (0..robot.joints()).map(torque).collect();
+        let priors: Vec<[f64; 2]> =
+            fit.kept.iter().map(|&p| prior_about_nominal(&problem.parameters()[p], fit.values[p], &torques)).collect();
+        let of_row = |r: usize, k: usize| all[(k, places[r])];
+        let smooth = DMatrix::from_fn(places.len(), m, |r, k| of_row(r, k) * priors[k][0]);
+        let effects = DMatrix::from_fn(places.len(), count, |r, k| of_row(r, m + k));
+        let residual = |r: usize| of_row(r, m + count) - (0..m).map(|k| of_row(r, k) * priors[k][1]).sum::<f64>();
+        let y = DVector::from_fn(places.len(), |r, _| residual(r));
+        let [levers, functions] = moved(&basis, &circumstances, places.len(), |s| samples[s].start);
+        let rows = Rows { samples, smooth, effects, levers: columns(levers), functions };
+
+        let units = examination.squared_units();
+        let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
+        // The rounding of joint angles is part of the instrument noise.
+        let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
+        let is_known = yardstick.is_known() && !is_noise_overstated(fit);
+        let stated = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
+        let mut whiteners = vec![Matrix3::zeros(); taken];
+        problem.for_each_sample(&fit.values, &mut |s| {
+            whiteners[s.place] = match s.sight {
+                Some(_) => Matrix3::from_diagonal_element(s.variance.sqrt()),
+                None => s.whitener.try_inverse().unwrap_or_else(Matrix3::zeros),
+            };
+        });
+        let back = chosen.iter().map(|&s| whiteners[s] / yardstick.weight()).collect();
+        Ok(Campaign { basis, groups, rows, y, stated, noise_m, back, circumstances, chosen, priors })
+    }
+
+    /// Rows of the arm at the points of `there`.
+    ///
+    /// # Errors
+    /// When there is no sample.
+    pub fn there(&self, there: &Dataset, examination: &Examination) -> Result<There, IdentifyError> {
+        let at = AtNewPoses::of_the_arm(there, examination)?;
+        let fields = at.fields();
+        let circumstances = at.plain_circumstances();
+        let (m, count) = (self.priors.len(), examination.spans.iter().map(|s: &Span| s.count).sum::<usize>());
+        let mut smooth = fields.columns(0, m).into_owned();
+        let mut offset = DVector::zeros(fields.nrows());
+        for (mut column, [sigma, mean]) in smooth.column_iter_mut().zip(&self.priors) {
+            offset.axpy(*mean, &column, 1.0);
+            column *= *sigma;
+        }
+        let effects = fields.columns(m, count).into_owned();
+        let [levers, functions] = moved(&self.basis, &circumstances, fields.nrows(), |s| 3 * s);
+        let samples = (0..circumstances.len()).map(|s| 3 * s..3 * s + 3).collect();
+        Ok(There { rows: Rows { samples, smooth, effects, levers: columns(levers), functions }, offset })
+    }
+}
