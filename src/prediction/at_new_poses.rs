@@ -70,6 +70,12 @@ impl AtNewPoses {
         Ok(AtNewPoses { problem, values: at, twins, scales, parameters })
     }
 
+    /// Points less the positions of the fitted arm, m.
+    #[cfg(test)]
+    pub fn residuals(&self) -> Vec<nalgebra::Vector3<f64>> {
+        self.problem.residuals(&self.values)
+    }
+
     /// Each twin: its index, its place among the parameters, and its scale.
     fn places(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let twins = self.twins.iter().zip(&self.scales).enumerate();

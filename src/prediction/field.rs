@@ -18,6 +18,8 @@ mod kernels;
 mod left_out;
 mod rows;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{DVector, Vector3};
 use rand::SeedableRng;
