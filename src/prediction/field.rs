@@ -8,6 +8,7 @@
 
 mod basis;
 mod campaign;
+mod condensed;
 mod conditional;
 mod divisions;
 mod evidence;
@@ -16,6 +17,8 @@ mod gate;
 mod gibbs;
 mod kernels;
 mod left_out;
+#[cfg(test)]
+mod oracle;
 mod rows;
 mod table;
 #[cfg(test)]
@@ -27,6 +30,7 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use self::campaign::Campaign;
+use self::condensed::mean_of_all;
 use self::conditional::Conditional;
 use self::divisions::{Measured, divisions, measure};
 use self::expected::{Expected, leverage};
@@ -50,10 +54,10 @@ const DRAWS: usize = 100;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub(crate) enum FieldError {
-    /// Too few samples.
-    #[error("{found} samples are too few for a field of joint errors; measure at least {least}")]
-    TooFewSamples {
-        /// Samples of the fit.
+    /// Too few postures.
+    #[error("{found} postures are too few for a field of joint errors; measure at least {least}")]
+    TooFewPostures {
+        /// Postures of the fit.
         found: usize,
         /// Fewest of a field.
         least: usize,
@@ -137,8 +141,8 @@ impl Field {
         let Campaign { rows, y, groups, stated, .. } = &campaign;
         let rows_alone = rows.of_model();
         let weights = evidence::weights(&rows_alone, y)?;
-        let alone = evidence::of_model(&rows_alone, y, &weights, *stated)?;
-        let (with_field, mean, draws) = if rows.samples.len() <= MOST_SAMPLED {
+        let mut alone = evidence::of_model(&rows_alone, y, &weights, *stated)?;
+        let (with_field, mut mean, draws) = if rows.samples.len() <= MOST_SAMPLED {
             let sampled = gibbs::sample(rows, groups, y, *stated, gibbs::SEED)?;
             (conditioned(&campaign, sampled.sizes)?, sampled.mean, sampled.draws)
         } else {
@@ -150,6 +154,10 @@ impl Field {
         };
         let divided = divisions(datasets, examination, &campaign);
         let divisions = measure(&divided, &campaign, [&alone, &with_field]);
+        if examination.circumstances.len() > rows.samples.len() {
+            alone.mean = mean_of_all(examination, &campaign, (&rows_alone, &Groups::default()), &alone.sizes)?;
+            mean = mean_of_all(examination, &campaign, (rows, groups), &with_field.sizes)?;
+        }
         Ok(Field { campaign, rows_alone, alone, with_field, mean, draws, divisions })
     }
 
@@ -177,10 +185,8 @@ impl Field {
 
         let by_alone = there_alone.applied(&alone.mean);
         let by_field = there.rows.applied(&self.mean);
-        let drawn = self.draws.iter().map(|draw| {
-            let truth = there.rows.applied(draw);
-            [&by_alone, &by_field].map(|model| mean_length(&(&truth - model)))
-        });
+        let truths = there.rows.applied_all(&self.draws);
+        let drawn = truths.column_iter().map(|truth| [&by_alone, &by_field].map(|model| mean_length(&(truth - model))));
         let drawn: Vec<[f64; 2]> = drawn.collect();
         let gate = Gate::of([&before, &after], divisions, &drawn);
         let displacements = |by: DVector<f64>| -> Vec<Vector3<f64>> {

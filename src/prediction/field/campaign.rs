@@ -6,7 +6,7 @@ use super::FieldError;
 use super::basis::{Basis, JointFacts};
 use super::rows::{Groups, Rows};
 use crate::diagnosis::Examination;
-use crate::diagnosis::examination::Span;
+use crate::diagnosis::folds::postures;
 use crate::effects::{EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Circumstance, Parameter, Prior};
@@ -17,11 +17,11 @@ use crate::residuals::noise::JointSteps;
 use crate::robot::JointKind;
 use crate::units::{MM, MRAD, Unit};
 
-/// Fewest samples of a field: fewer were never studied.
-pub(super) const LEAST_SAMPLES: usize = 20;
+/// Fewest postures of a field: fewer were never studied.
+const LEAST_POSTURES: usize = 20;
 
 /// Largest number of samples by which sizes are found; of more, only every k-th is.
-pub(super) const MOST_SAMPLES: usize = 400;
+const MOST_SAMPLES: usize = 400;
 
 /// Prior one-sigma about nominal of the tilt between two axes (alpha, beta), rad.
 const TILT: f64 = 4.0 * MRAD;
@@ -113,16 +113,44 @@ fn columns(levers: Vec<DMatrix<f64>>) -> Vec<DVector<f64>> {
     levers.into_iter().map(|lever| lever.column(0).into_owned()).collect()
 }
 
+/// Rows and residuals of the samples `chosen`, and of what is no sample.
+fn laid_out(examination: &Examination, basis: &Basis, priors: &[[f64; 2]], chosen: &[usize]) -> (Rows, DVector<f64>) {
+    let all = &examination.rows;
+    let circumstances: Vec<Circumstance> = chosen.iter().map(|&s| examination.circumstances[s].clone()).collect();
+    // Known distances and what a fleet knows are no samples: their rows come after those.
+    let end = examination.circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+    let places: Vec<usize> =
+        circumstances.iter().flat_map(|c| c.first_row..c.first_row + c.height).chain(end..all.ncols()).collect();
+    let mut first = 0;
+    let samples: Vec<_> = circumstances
+        .iter()
+        .map(|c| {
+            first += c.height;
+            first - c.height..first
+        })
+        .collect();
+    let (m, count) = (priors.len(), examination.columns.len());
+    let of_row = |r: usize, k: usize| all[(k, places[r])];
+    let smooth = DMatrix::from_fn(places.len(), m, |r, k| of_row(r, k) * priors[k][0]);
+    let effects = DMatrix::from_fn(places.len(), count, |r, k| of_row(r, m + k));
+    let residual = |r: usize| of_row(r, m + count) - (0..m).map(|k| of_row(r, k) * priors[k][1]).sum::<f64>();
+    let y = DVector::from_fn(places.len(), |r, _| residual(r));
+    let [levers, functions] = moved(basis, &circumstances, places.len(), |s| samples[s].start);
+    let rows = Rows { samples, smooth, effects, levers: columns(levers), functions };
+    (rows, y)
+}
+
 impl Campaign {
     /// Lays out an examined fit.
     ///
     /// # Errors
-    /// When there are too few samples, no joint turns, or the model lacks the arm's own parameters.
+    /// When there are too few postures, no joint turns, or the model lacks the arm's own parameters.
     pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
-        let Examination { rows: all, fitted, columns: candidates, spans, problem, fit, model, yardstick, .. } = examination;
+        let Examination { spans, problem, fit, model, yardstick, .. } = examination;
         let taken = examination.circumstances.len();
-        if taken < LEAST_SAMPLES {
-            return Err(FieldError::TooFewSamples { found: taken, least: LEAST_SAMPLES });
+        let found = postures(&examination.circumstances).count();
+        if found < LEAST_POSTURES {
+            return Err(FieldError::TooFewPostures { found, least: LEAST_POSTURES });
         }
         if let Some(effect) = ["base_frame", "mdh"].into_iter().find(|effect| !model.holds(effect)) {
             return Err(FieldError::WithoutColumns { effect });
@@ -143,30 +171,11 @@ impl Campaign {
         }
         let groups = Groups::of(&basis, &spans.iter().map(|s| s.count).collect::<Vec<_>>());
 
-        // Known distances and what a fleet knows are no samples: their rows come after those.
-        let end = examination.circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
-        let places: Vec<usize> =
-            circumstances.iter().flat_map(|c| c.first_row..c.first_row + c.height).chain(end..all.ncols()).collect();
-        let mut first = 0;
-        let samples: Vec<_> = circumstances
-            .iter()
-            .map(|c| {
-                first += c.height;
-                first - c.height..first
-            })
-            .collect();
-        let (m, count) = (fitted.len(), candidates.len());
         let torque = |j: usize| circumstances.iter().map(|c| c.tau[j].abs()).fold(0.0, f64::max);
         let torques: Vec<f64> = (0..robot.joints()).map(torque).collect();
         let priors: Vec<[f64; 2]> =
             fit.kept.iter().map(|&p| prior_about_nominal(&problem.parameters()[p], fit.values[p], &torques)).collect();
-        let of_row = |r: usize, k: usize| all[(k, places[r])];
-        let smooth = DMatrix::from_fn(places.len(), m, |r, k| of_row(r, k) * priors[k][0]);
-        let effects = DMatrix::from_fn(places.len(), count, |r, k| of_row(r, m + k));
-        let residual = |r: usize| of_row(r, m + count) - (0..m).map(|k| of_row(r, k) * priors[k][1]).sum::<f64>();
-        let y = DVector::from_fn(places.len(), |r, _| residual(r));
-        let [levers, functions] = moved(&basis, &circumstances, places.len(), |s| samples[s].start);
-        let rows = Rows { samples, smooth, effects, levers: columns(levers), functions };
+        let (rows, y) = laid_out(examination, &basis, &priors, &chosen);
 
         let units = examination.squared_units();
         let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
@@ -185,6 +194,19 @@ impl Campaign {
         Ok(Campaign { basis, groups, rows, y, stated, noise_m, back, circumstances, chosen, priors })
     }
 
+    /// Rows and residuals of a stretch of the examination's samples, whether they are among the chosen or not.
+    pub fn stretch(&self, examination: &Examination, samples: std::ops::Range<usize>) -> (Rows, DVector<f64>) {
+        laid_out(examination, &self.basis, &self.priors, &samples.collect::<Vec<_>>())
+    }
+
+    /// Rows and residuals of all samples of the examination, of the model alone.
+    pub fn of_model(&self, examination: &Examination) -> (Rows, DVector<f64>) {
+        let without = Basis { joints: Vec::new(), load: Vec::new() };
+        let all: Vec<usize> = (0..examination.circumstances.len()).collect();
+        let (rows, y) = laid_out(examination, &without, &self.priors, &all);
+        (rows.of_model(), y)
+    }
+
     /// Rows of the arm at the points of `there`.
     ///
     /// # Errors
@@ -193,7 +215,7 @@ impl Campaign {
         let at = AtNewPoses::of_the_arm(there, examination)?;
         let fields = at.fields();
         let circumstances = at.plain_circumstances();
-        let (m, count) = (self.priors.len(), examination.spans.iter().map(|s: &Span| s.count).sum::<usize>());
+        let (m, count) = (self.priors.len(), examination.columns.len());
         let mut smooth = fields.columns(0, m).into_owned();
         let mut offset = DVector::zeros(fields.nrows());
         for (mut column, [sigma, mean]) in smooth.column_iter_mut().zip(&self.priors) {

@@ -45,7 +45,7 @@ pub(super) fn left_out(model: &Conditional, campaign: &Campaign, folds: &[usize]
 }
 
 /// The errors of the rows of some samples, and their covariance, noise included.
-fn errors(model: &Conditional, rows: &[usize]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+pub(super) fn errors(model: &Conditional, rows: &[usize]) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let own = DMatrix::from_fn(rows.len(), rows.len(), |r, c| model.inverse[(rows[r], rows[c])]);
     let mut factor = Cholesky::new(rows.len());
     factor.factor(&own).ok()?;
@@ -79,11 +79,8 @@ fn of_part(model: &Conditional, campaign: &Campaign, part: &[usize]) -> Vec<Opti
         };
         back[part[a]] * Matrix3::from_fn(of) * back[part[b]].transpose()
     };
-    let noise = |k: usize| {
-        let s = part[k];
-        let plain = back[s].columns(0, heights[k]).norm_squared();
-        model.sizes.noise / model.sizes.weights[s] * if heights[k] < 3 { back[s][(0, 0)].powi(2) } else { plain }
-    };
+    let noise =
+        |k: usize| model.sizes.noise / model.sizes.weights[part[k]] * back[part[k]].columns(0, heights[k]).norm_squared();
     let probed_elsewhere = |ball: usize| {
         (0..circumstances.len()).any(|s| circumstances[s].free_ball == Some(ball) && part.binary_search(&s).is_err())
     };

@@ -170,6 +170,24 @@ impl Rows {
         to
     }
 
+    /// What each of several sets of coefficients moves, one column a set.
+    pub fn applied_all(&self, all: &[Coefficients]) -> DMatrix<f64> {
+        let matrix = |part: &dyn Fn(&Coefficients) -> &DVector<f64>, height: usize| {
+            DMatrix::from_fn(height, all.len(), |r, c| part(&all[c])[r])
+        };
+        let mut to = linalg::product(&self.smooth, &matrix(&|c| &c.smooth, self.smooth.ncols()));
+        to += linalg::product(&self.effects, &matrix(&|c| &c.effects, self.effects.ncols()));
+        for (j, (functions, lever)) in self.functions.iter().zip(&self.levers).enumerate() {
+            let angles = linalg::product(functions, &matrix(&|c| &c.joints[j], functions.ncols()));
+            for (mut to, angles) in to.column_iter_mut().zip(angles.column_iter()) {
+                for (own, angle) in self.samples.iter().zip(&angles) {
+                    own.clone().for_each(|r| to[r] += lever[r] * angle);
+                }
+            }
+        }
+        to
+    }
+
     /// What the functions `span` of a joint of the basis move.
     pub fn applied_part(&self, joint: usize, span: Range<usize>, coefficients: &Coefficients) -> DVector<f64> {
         let b = coefficients.joints[joint].rows(span.start, span.len());
@@ -226,18 +244,22 @@ impl Rows {
 
     /// Prior variance of every row, for groups of the variances `sizes`.
     pub fn variance(&self, groups: &Groups, sizes: &[f64]) -> DVector<f64> {
-        let mut all = DVector::from_fn(self.count(), |r, _| self.smooth.row(r).norm_squared());
+        let mut all = DVector::zeros(self.count());
+        let add = |to: &mut DVector<f64>, size: f64, column: &[f64]| {
+            to.iter_mut().zip(column).for_each(|(to, x)| *to += size * x * x);
+        };
+        self.smooth.column_iter().for_each(|column| add(&mut all, 1.0, column.as_slice()));
         for (span, size) in groups.effects.iter().zip(sizes) {
-            let own = self.effects.columns(span.start, span.len());
-            (0..all.len()).for_each(|r| all[r] += size * own.row(r).norm_squared());
+            span.clone().for_each(|k| add(&mut all, *size, self.effects.column(k).as_slice()));
         }
-        for j in 0..self.functions.len() {
+        let mut angles = DVector::zeros(self.samples.len());
+        for (j, functions) in self.functions.iter().enumerate() {
+            angles.fill(0.0);
             for (span, size) in groups.spans[j].iter().zip(&sizes[groups.first[j]..]) {
-                let own = self.functions[j].columns(span.start, span.len());
-                for (s, rows) in self.samples.iter().enumerate() {
-                    let angle2 = size * own.row(s).norm_squared();
-                    rows.clone().for_each(|r| all[r] += angle2 * self.levers[j][r].powi(2));
-                }
+                span.clone().for_each(|k| add(&mut angles, *size, functions.column(k).as_slice()));
+            }
+            for (own, angle2) in self.samples.iter().zip(&angles) {
+                own.clone().for_each(|r| all[r] += angle2 * self.levers[j][r].powi(2));
             }
         }
         all
