@@ -18,7 +18,7 @@ BANDS = [(1, 4), (5, 10), (11, 20), (21, 40), (41, 80)]
 STATED, NU = 10.0, 2.0
 TAILS = np.array([2.5, 4.0, 7.0, 15.0, 50.0])
 GRID = np.exp(np.linspace(np.log(0.01), np.log(3.0), 48))
-SWEEPS, DROPPED = int(sys.argv[1]) if len(sys.argv) > 1 else 40000, 2000
+SWEEPS, DROPPED = int(sys.argv[1]) if len(sys.argv) > 1 else 6000, 2000
 
 s, j, r = np.arange(SAMPLES), np.arange(JOINTS), np.arange(ROWS)
 q = 1.2 * np.sin(0.7 + 1.3 * s[:, None] + 2.1 * j + 0.37 * s[:, None] * j)
