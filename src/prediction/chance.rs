@@ -11,11 +11,16 @@ pub fn chi_squared(freedom: f64, random: &mut impl Rng) -> f64 {
     ChiSquared::new(freedom).map_or(freedom, |d| d.sample(random)).max(f64::MIN_POSITIVE)
 }
 
-/// Draws an index below `count`, with the logarithms `ln` of the weights.
+/// Largest number of items among which one is drawn.
+const MOST: usize = 64;
+
+/// Draws an index below `count` (at most 64), with the logarithms `ln` of the weights.
 pub fn one_of(count: usize, ln: impl Fn(usize) -> f64, random: &mut impl Rng) -> usize {
-    let all: Vec<f64> = (0..count).map(ln).collect();
-    let largest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = all.iter().map(|l| (l - largest).exp()).collect();
+    let mut room = [0.0; MOST];
+    let weights = &mut room[..count];
+    weights.iter_mut().enumerate().for_each(|(k, w)| *w = ln(k));
+    let largest = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    weights.iter_mut().for_each(|w| *w = (*w - largest).exp());
     let mut left = random.random::<f64>() * weights.iter().sum::<f64>();
     for (k, w) in weights.iter().enumerate() {
         left -= w;

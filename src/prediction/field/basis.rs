@@ -148,6 +148,8 @@ impl Group {
 pub(super) struct JointGroups {
     pub joint: usize,
     pub groups: Vec<Group>,
+    /// Size of each function, rad.
+    scales: Vec<f64>,
 }
 
 impl JointGroups {
@@ -162,7 +164,7 @@ impl JointGroups {
 
     /// Number of all functions.
     pub fn width(&self) -> usize {
-        self.groups.iter().map(|g| g.width()).sum()
+        self.scales.len()
     }
 }
 
@@ -213,7 +215,8 @@ impl Basis {
                     groups.extend(variables.iter().map(|&angle| Group::Load { joint, angle }));
                 }
             }
-            Some(JointGroups { joint, groups })
+            let scales = groups.iter().flat_map(|g| g.scales()).collect();
+            Some(JointGroups { joint, groups, scales })
         };
         Basis { joints: turning().filter_map(groups_of).collect(), load: joints.iter().map(|j| j.load).collect() }
     }
@@ -221,13 +224,10 @@ impl Basis {
     /// Writes the functions of one joint's groups at joint angles `q` (rad) and loads `tau` (N·m) into `to`, rad: one-sigma of
     /// the joint's error at plausible size.
     pub fn write(&self, of: &JointGroups, q: &[f64], tau: &[f64], to: &mut [f64]) {
-        let mut next = 0;
-        for group in &of.groups {
-            let own = next..next + group.width();
-            group.write(q, tau, &self.load, &mut to[own.clone()]);
-            to[own].iter_mut().zip(group.scales()).for_each(|(value, scale)| *value *= scale);
-            next += group.width();
+        for (group, span) in of.groups.iter().zip(of.spans()) {
+            group.write(q, tau, &self.load, &mut to[span]);
         }
+        to.iter_mut().zip(&of.scales).for_each(|(value, scale)| *value *= scale);
     }
 }
 

@@ -1,24 +1,30 @@
 //! Robots with known errors, explained and judged.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::basis::Group;
 use super::gate::Matter;
 use super::*;
+use crate::diagnosis::folds::Division;
 use crate::identify::Model;
-use crate::measure::dataset::{Dataset, Measured as Reading, Noise, Sample};
+use crate::measure::dataset::{Ball, Dataset, Measured as Reading, Noise, Sample};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::chance::normal;
 use crate::prediction::workspace::workspace_poses;
 use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, Robot, built_in};
+use crate::robot::{FramePose, JointKind, Link, MdhLink, Robot, built_in};
 use crate::units::{MM, MRAD, UM};
 
 /// Noise of a coordinate, m.
 const NOISE: f64 = 10.0 * UM;
+
+/// Number of postures at which the field is judged.
+const JUDGED: usize = 200;
 
 /// Errors of the joints' angles at joint angles, rad.
 type Errors = dyn Fn(&[f64]) -> Vec<f64>;
@@ -54,7 +60,7 @@ impl Known {
             noise: Noise { point: Some(NOISE), ..Noise::default() },
             ..Dataset::default()
         };
-        let all = workspace_poses(&data, 300);
+        let all = workspace_poses(&data, samples + JUDGED);
         let mut order: Vec<usize> = (0..all.len()).collect();
         rand::seq::SliceRandom::shuffle(&mut order[..], random);
         let measured = order[..samples].iter().map(|&k| {
@@ -187,38 +193,101 @@ fn what_carries_no_field_is_an_error_by_name() {
     assert!(said(&enough, &Model::paper(), stopped).contains("did not converge"));
 }
 
-/// Times and ratios on robots of many seeds: `cargo test --release -p calibench --lib field -- --ignored --nocapture`.
 #[test]
-#[ignore = "a study: it prints and judges nothing"]
-fn robots_of_many_seeds() {
-    for samples in [40, 80, 200, 260] {
-        for seed in 700..704 {
-            for (name, known) in
-                [("two angles", Known::by_two_angles(seed, samples)), ("perfect", Known::perfect(seed, samples))]
-            {
-                let examination = known.examined();
-                let begin = std::time::Instant::now();
-                let field = Field::of(&known.named(), &examination).unwrap();
-                let fitted = begin.elapsed();
-                field.worth(&known.named(), &examination, &known.poses).unwrap();
-                let judged = begin.elapsed() - fitted;
-                let Campaign { rows, groups, y, stated, .. } = &field.campaign;
-                let begin = std::time::Instant::now();
-                let weights = vec![1.0; rows.samples.len()];
-                evidence::of_groups(rows, groups, y, &weights, *stated).unwrap();
-                let evidence = begin.elapsed();
-                let (_, worth, [before, after]) = known.judged();
-                println!(
-                    "{samples} {seed} {name}: {:.1} {:.1} um, ratio {:.3}, open {}, h {:.2}, said {:.1} {:.1}; field {fitted:.1?}, worth {judged:.1?}, evidence {evidence:.1?}",
-                    before / UM,
-                    after / UM,
-                    after / before,
-                    worth.gate.is_open(),
-                    worth.before.leverage,
-                    worth.before.level() / UM,
-                    worth.after.level() / UM,
-                );
-            }
-        }
+fn all_samples_by_columns_give_what_fewer_give_by_rows() {
+    let known = Known::by_two_angles(4, 120);
+    let examination = known.examined();
+    let campaign = Campaign::of(&known.named(), &examination).unwrap();
+    let Campaign { rows, groups, y, stated, .. } = &campaign;
+    let alone = rows.of_model();
+    let weights = evidence::weights(&alone, y).unwrap();
+    let by_rows = evidence::of_groups(rows, groups, y, &weights, *stated).unwrap();
+    let by_columns = mean_of_all(&examination, &campaign, (rows, groups), &by_rows.sizes).unwrap();
+    let moved = rows.applied(&by_rows.mean);
+    assert!((rows.applied(&by_columns) - &moved).norm() < 0.02 * moved.norm());
+    // Of the model alone nothing is left out.
+    let by_rows = evidence::of_model(&alone, y, &weights, *stated).unwrap();
+    let by_columns = mean_of_all(&examination, &campaign, (&alone, &Groups::default()), &by_rows.sizes).unwrap();
+    assert!((&by_columns.smooth - &by_rows.mean.smooth).norm() < 1e-6 * by_rows.mean.smooth.norm());
+}
+
+/// A perfect arm that probes four balls of unknown place by turns.
+fn at_unknown_balls(samples: usize) -> Known {
+    let mut known = Known::perfect(6, samples);
+    let random = &mut ChaCha8Rng::seed_from_u64(6);
+    let data = &mut known.data;
+    let places = [[0.5, 0.3, 0.1], [0.5, -0.3, 0.1], [0.3, 0.0, 0.5], [-0.3, 0.4, 0.3]];
+    data.balls =
+        (0..4).map(|k| Ball { id: format!("{k}"), position: Vector3::from(places[k]), sigma: 0.0, free: true }).collect();
+    data.noise = Noise { ball: Some(NOISE), ..Noise::default() };
+    for (k, sample) in data.samples.iter_mut().enumerate() {
+        let tool = world_from_tool(&data.robot, &data.base, &data.tool, &sample.q);
+        let noise = Vector3::from_fn(|_, _| NOISE * normal(random));
+        let reading = tool.inverse_transform_point(&(data.balls[k % 4].position + noise).into()).coords;
+        sample.measured = Reading::Ball { ball: k % 4, reading: Some(reading) };
     }
+    known
+}
+
+#[test]
+fn an_unknown_ball_left_out_is_judged_about_its_own_place() {
+    let known = at_unknown_balls(100);
+    let examination = known.examined();
+    let field = Field::of(&known.named(), &examination).unwrap();
+    let worth = field.worth(&known.named(), &examination, &known.poses).unwrap();
+    let of = |division: Division| worth.divisions.iter().find(|d| d.parting.division == division).unwrap();
+    let (random, places) = (of(Division::Random), of(Division::Places));
+    assert_eq!(places.parting.count, 4);
+    // Nothing but noise: where the ball is, is no error, and no frame that defines the world is uncertain.
+    for measured in [random, places] {
+        assert!(measured.errors.iter().all(|e| (1.2..2.6).contains(&(e / NOISE))), "{measured:?}");
+    }
+    assert!(places.leverage.max(random.leverage) < 1.0, "{random:?} {places:?}");
+    assert!(worth.before.leverage < 3.0 && !worth.gate.is_open(), "{:?}", worth.before);
+}
+
+/// An arm of these links, measured by a tracker at random joint positions.
+fn elsewhere(links: Vec<Link>) -> Dataset {
+    let random = &mut ChaCha8Rng::seed_from_u64(8);
+    let robot = Robot { name: "gantry".into(), links, ..Robot::default() };
+    let tool = FramePose { xyz: [0.06, 0.0, -0.125], ..FramePose::default() };
+    let mut data = Dataset { tool, noise: Noise { point: Some(NOISE), ..Noise::default() }, ..Dataset::default() };
+    let samples = (0..80).map(|k| {
+        let q: Vec<f64> = robot.links.iter().map(|l| random.random_range(l.limits[0]..l.limits[1])).collect();
+        let noise = Vector3::from_fn(|_, _| NOISE * normal(random));
+        let point = world_from_tool(&robot, &data.base, &tool, &q).translation.vector + noise;
+        Sample::new(format!("p{k}"), q, Reading::Point(point))
+    });
+    data.samples = samples.collect();
+    data.robot = Arc::new(robot);
+    data
+}
+
+#[test]
+fn of_an_arm_on_a_rail_only_the_joints_that_turn_have_a_field() {
+    let slide = |alpha: f64| Link {
+        mdh: MdhLink { kind: JointKind::Prismatic, alpha, ..MdhLink::default() },
+        limits: [0.0, 1.5],
+        mass: 0.0,
+        com: Vector3::zeros(),
+    };
+    let of = |links: Vec<Link>| {
+        let data = elsewhere(links);
+        let named = [NamedDataset::new("there", &data)];
+        let examination = Examination::new(&named, &Model::of(&["base_frame", "mdh"])).unwrap();
+        Field::of(&named, &examination)
+    };
+    let mut links = built_in("kr6_r700").unwrap().links;
+    links[0].mdh.alpha -= FRAC_PI_2;
+    links.insert(0, slide(FRAC_PI_2));
+    let on_a_rail = of(links).unwrap();
+    assert!(!on_a_rail.campaign.basis.joints.is_empty());
+    assert!(on_a_rail.campaign.groups.all.iter().all(|group| match *group {
+        Group::Effect(_) => true,
+        Group::Curve { joint, .. } => joint > 0,
+        Group::Angles { joint, of } => joint > 0 && of[0] > 0,
+        Group::Load { joint, angle } => joint > 0 && angle > 0,
+    }));
+    let gantry = of(vec![slide(0.0), slide(FRAC_PI_2), slide(FRAC_PI_2)]).map(drop);
+    assert!(gantry.unwrap_err().to_string().starts_with("no joint of 'gantry' turns"));
 }
