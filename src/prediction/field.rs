@@ -228,6 +228,5 @@ fn conditioned(campaign: &Campaign, sizes: conditional::Sizes) -> Result<Conditi
     let kernels = kernels::Kernels::new(rows, groups);
     let (mut factor, mut covariance) = (Cholesky::new(n), nalgebra::DMatrix::zeros(n, n));
     evidence::condition(&kernels, (rows, groups), &sizes, &mut kernels::Room::new(rows), (&mut factor, &mut covariance))?;
-    factor.inverse(&mut covariance);
-    Ok(Conditional::with(rows, y, groups, sizes, covariance))
+    Ok(Conditional::of_factor(rows, y, groups, sizes, factor))
 }

@@ -33,8 +33,16 @@ impl Sizes {
     }
 }
 
+/// What the variances elsewhere are computed from. Free frames are uncertain by a thousand times what they are known to, so that
+/// the product with an inverse would leave rounding only.
+enum Spread {
+    /// Factor of the covariance of the rows.
+    OfRows(Cholesky),
+    /// Covariance of the model's coefficients.
+    OfModel(DMatrix<f64>),
+}
+
 /// The model conditioned on a campaign.
-#[derive(Debug, Clone)]
 pub(super) struct Conditional {
     pub sizes: Sizes,
     /// The inverse of the covariance of the rows, noise included.
@@ -43,6 +51,7 @@ pub(super) struct Conditional {
     pub pulled: DVector<f64>,
     /// Posterior mean of all coefficients.
     pub mean: Coefficients,
+    spread: Spread,
 }
 
 impl Conditional {
@@ -70,16 +79,27 @@ impl Conditional {
         for (c, mut column) in inverse.column_iter_mut().enumerate() {
             column.iter_mut().zip(&noise).for_each(|(x, n)| *x /= (n * noise[c]).sqrt());
         }
-        Ok(Conditional::with(rows, y, &Groups::default(), sizes, inverse))
+        let mut covariance = DMatrix::zeros(p, p);
+        factor.inverse(&mut covariance);
+        let weighted = y.zip_map(&noise, |y, noise| y / noise.sqrt());
+        let mut mean = Coefficients::zeros(rows);
+        mean.smooth = whitened.tr_mul(&weighted);
+        factor.solve_in_place(mean.smooth.as_mut_slice());
+        let left = y - &rows.smooth * &mean.smooth;
+        let pulled = left.component_div(&noise);
+        Ok(Conditional { sizes, inverse, pulled, mean, spread: Spread::OfModel(covariance) })
     }
 
-    /// Conditions a model whose inverse covariance is known.
-    pub fn with(rows: &Rows, y: &DVector<f64>, groups: &Groups, sizes: Sizes, inverse: DMatrix<f64>) -> Self {
-        let pulled = &inverse * y;
+    /// Conditions a model by the factored covariance of its rows.
+    pub fn of_factor(rows: &Rows, y: &DVector<f64>, groups: &Groups, sizes: Sizes, mut factor: Cholesky) -> Self {
+        let mut inverse = DMatrix::zeros(rows.count(), rows.count());
+        factor.inverse(&mut inverse);
+        let mut pulled = y.clone();
+        factor.solve_in_place(pulled.as_mut_slice());
         let mut mean = Coefficients::zeros(rows);
         rows.pull(&pulled, &mut DVector::zeros(rows.samples.len()), &mut mean);
         groups.scale(&sizes.groups, &mut mean);
-        Conditional { sizes, inverse, pulled, mean }
+        Conditional { sizes, inverse, pulled, mean, spread: Spread::OfRows(factor) }
     }
 
     /// Sum of the variances of the first rows of each sample elsewhere, without noise.
@@ -88,13 +108,19 @@ impl Conditional {
         let places: Vec<usize> = (0..there.samples.len()).collect();
         for chosen in places.chunks(STRETCH) {
             let there = there.of_samples(chosen);
-            let prior = there.variance(groups, &self.sizes.groups);
-            let across = there.covariance(rows, groups, &self.sizes.groups);
-            let known = linalg::product(&across, &self.inverse);
-            all.extend(there.samples.iter().map(|own| {
-                let left = |r: usize| prior[r] - across.row(r).dot(&known.row(r));
-                own.clone().map(left).sum::<f64>().max(0.0)
-            }));
+            let of_rows: Vec<f64> = match &self.spread {
+                Spread::OfRows(factor) => {
+                    let prior = there.variance(groups, &self.sizes.groups);
+                    let mut across = rows.covariance(&there, groups, &self.sizes.groups);
+                    factor.whiten(&mut across);
+                    prior.iter().zip(across.column_iter()).map(|(prior, known)| prior - known.norm_squared()).collect()
+                }
+                Spread::OfModel(covariance) => {
+                    let across = linalg::product_with_transposed(covariance, &there.smooth);
+                    across.column_iter().enumerate().map(|(r, c)| there.smooth.row(r).transpose().dot(&c)).collect()
+                }
+            };
+            all.extend(there.samples.iter().map(|own| of_rows[own.clone()].iter().sum::<f64>().max(0.0)));
         }
         all
     }

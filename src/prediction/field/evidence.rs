@@ -148,10 +148,10 @@ pub(super) fn of_groups(
     let mut factor = Cholesky::new(n);
     for round in 0..=ROUNDS {
         condition(&kernels, (rows, groups), &sizes, &mut room, (&mut factor, &mut covariance))?;
-        factor.inverse(&mut inverse);
         if round == ROUNDS {
             break;
         }
+        factor.inverse(&mut inverse);
         let a = &inverse * y;
         let mut found = vec![[0.0; 2]; groups.all.len()];
         let mut half = rows.effects.clone();
@@ -176,7 +176,7 @@ pub(super) fn of_groups(
         let worth: f64 = noises.iter().enumerate().map(|(r, own)| inverse[(r, r)] * own).sum();
         sizes.noise = noise(left, worth, stated, y);
     }
-    Ok(Conditional::with(rows, y, groups, sizes, inverse))
+    Ok(Conditional::of_factor(rows, y, groups, sizes, factor))
 }
 
 /// Factors the covariance of the rows, noise included.
