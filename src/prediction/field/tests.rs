@@ -207,8 +207,9 @@ fn all_samples_by_columns_give_what_fewer_give_by_rows() {
     assert!((rows.applied(&by_columns) - &moved).norm() < 0.02 * moved.norm());
     // Of the model alone nothing is left out.
     let by_rows = evidence::of_model(&alone, y, &weights, *stated).unwrap();
-    // At the fitted samples themselves, the variances over that of the noise are the number of parameters that the data determine.
-    let taken = by_rows.variances(&alone, &Groups::default(), &alone).iter().sum::<f64>() / by_rows.sizes.noise;
+    // At the fitted samples themselves, the variances over those of the noise sum to the number of parameters that the data determine.
+    let variances = by_rows.variances(&alone, &Groups::default(), &alone);
+    let taken = variances.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / by_rows.sizes.noise;
     let parameters = alone.smooth.ncols() as f64;
     assert!((0.8 * parameters..parameters).contains(&taken), "{taken} {parameters}");
     let by_columns = mean_of_all(&examination, &campaign, (&alone, &Groups::default()), &by_rows.sizes).unwrap();
