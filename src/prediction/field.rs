@@ -154,7 +154,7 @@ impl Field {
         };
         let divided = divisions(datasets, examination, &campaign);
         let divisions = measure(&divided, &campaign, [&alone, &with_field]);
-        if examination.circumstances.len() > rows.samples.len() {
+        if examination.contexts.len() > rows.samples.len() {
             alone.mean = mean_of_all(examination, &campaign, (&rows_alone, &Groups::default()), &alone.sizes)?;
             mean = mean_of_all(examination, &campaign, (rows, groups), &with_field.sizes)?;
         }

@@ -9,7 +9,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::folds::postures;
 use crate::effects::{EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
-use crate::identify::problem::{Circumstance, Parameter, Prior};
+use crate::identify::problem::{SampleContext, Parameter, Prior};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::level::is_noise_overstated;
@@ -77,7 +77,7 @@ pub(super) struct Campaign {
     pub noise_m: f64,
     /// For each sample, metres per whitened unit.
     pub back: Vec<Matrix3<f64>>,
-    pub circumstances: Vec<Circumstance>,
+    pub contexts: Vec<SampleContext>,
     /// The samples, by their index in the examination.
     pub chosen: Vec<usize>,
     /// One-sigma and mean of the prior of each fitted parameter, as a deviation from the fit, SI.
@@ -91,7 +91,7 @@ pub(super) struct There {
 }
 
 /// Levers and functions of these samples; `height` rows of each are of its position.
-fn moved(basis: &Basis, at: &[Circumstance], count: usize, first: impl Fn(usize) -> usize) -> [Vec<DMatrix<f64>>; 2] {
+fn moved(basis: &Basis, at: &[SampleContext], count: usize, first: impl Fn(usize) -> usize) -> [Vec<DMatrix<f64>>; 2] {
     let lever = |joint: usize| {
         let mut lever = DMatrix::zeros(count, 1);
         for (s, c) in at.iter().enumerate() {
@@ -116,13 +116,13 @@ fn columns(levers: Vec<DMatrix<f64>>) -> Vec<DVector<f64>> {
 /// Rows and residuals of the samples `chosen`, and of what is no sample.
 fn laid_out(examination: &Examination, basis: &Basis, priors: &[[f64; 2]], chosen: &[usize]) -> (Rows, DVector<f64>) {
     let all = &examination.rows;
-    let circumstances: Vec<Circumstance> = chosen.iter().map(|&s| examination.circumstances[s].clone()).collect();
+    let contexts: Vec<SampleContext> = chosen.iter().map(|&s| examination.contexts[s].clone()).collect();
     // Known distances and what a fleet knows are no samples: their rows come after those.
-    let end = examination.circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+    let end = examination.contexts.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
     let places: Vec<usize> =
-        circumstances.iter().flat_map(|c| c.first_row..c.first_row + c.height).chain(end..all.ncols()).collect();
+        contexts.iter().flat_map(|c| c.first_row..c.first_row + c.height).chain(end..all.ncols()).collect();
     let mut first = 0;
-    let samples: Vec<_> = circumstances
+    let samples: Vec<_> = contexts
         .iter()
         .map(|c| {
             first += c.height;
@@ -135,7 +135,7 @@ fn laid_out(examination: &Examination, basis: &Basis, priors: &[[f64; 2]], chose
     let effects = DMatrix::from_fn(places.len(), count, |r, k| of_row(r, m + k));
     let residual = |r: usize| of_row(r, m + count) - (0..m).map(|k| of_row(r, k) * priors[k][1]).sum::<f64>();
     let y = DVector::from_fn(places.len(), |r, _| residual(r));
-    let [levers, functions] = moved(basis, &circumstances, places.len(), |s| samples[s].start);
+    let [levers, functions] = moved(basis, &contexts, places.len(), |s| samples[s].start);
     let rows = Rows { samples, smooth, effects, levers: columns(levers), functions };
     (rows, y)
 }
@@ -146,9 +146,9 @@ impl Campaign {
     /// # Errors
     /// When there are too few postures, no joint turns, or the model lacks the arm's own parameters.
     pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
-        let Examination { spans, problem, fit, model, yardstick, .. } = examination;
-        let taken = examination.circumstances.len();
-        let found = postures(&examination.circumstances).count();
+        let Examination { spans, problem, fit, model, noise_scale, .. } = examination;
+        let taken = examination.contexts.len();
+        let found = postures(&examination.contexts).count();
         if found < LEAST_POSTURES {
             return Err(FieldError::TooFewPostures { found, least: LEAST_POSTURES });
         }
@@ -157,13 +157,13 @@ impl Campaign {
         }
         let step = taken.div_ceil(MOST_SAMPLES).max(1);
         let chosen: Vec<usize> = (0..taken).step_by(step).collect();
-        let circumstances: Vec<Circumstance> = chosen.iter().map(|&s| examination.circumstances[s].clone()).collect();
+        let contexts: Vec<SampleContext> = chosen.iter().map(|&s| examination.contexts[s].clone()).collect();
         let robot = problem.robot();
-        let n = circumstances.len() as f64;
+        let n = contexts.len() as f64;
         let facts = (0..robot.joints()).map(|j| JointFacts {
             turns: robot.kind(j) == JointKind::Revolute,
-            lever: (circumstances.iter().map(|c| c.joints[j].norm_squared()).sum::<f64>() / n).sqrt(),
-            load: (circumstances.iter().map(|c| c.tau[j] * c.tau[j]).sum::<f64>() / n).sqrt(),
+            lever: (contexts.iter().map(|c| c.joints[j].norm_squared()).sum::<f64>() / n).sqrt(),
+            load: (contexts.iter().map(|c| c.tau[j] * c.tau[j]).sum::<f64>() / n).sqrt(),
         });
         let basis = Basis::of(&facts.collect::<Vec<_>>());
         if basis.joints.is_empty() {
@@ -171,7 +171,7 @@ impl Campaign {
         }
         let groups = Groups::of(&basis, &spans.iter().map(|s| s.count).collect::<Vec<_>>());
 
-        let torque = |j: usize| circumstances.iter().map(|c| c.tau[j].abs()).fold(0.0, f64::max);
+        let torque = |j: usize| contexts.iter().map(|c| c.tau[j].abs()).fold(0.0, f64::max);
         let torques: Vec<f64> = (0..robot.joints()).map(torque).collect();
         let priors: Vec<[f64; 2]> =
             fit.kept.iter().map(|&p| prior_about_nominal(&problem.parameters()[p], fit.values[p], &torques)).collect();
@@ -181,7 +181,7 @@ impl Campaign {
         let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
         // The rounding of joint angles is part of the instrument noise.
         let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
-        let is_known = yardstick.is_known() && !is_noise_overstated(fit);
+        let is_known = noise_scale.is_known() && !is_noise_overstated(fit);
         let stated = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
         let mut whiteners = vec![Matrix3::zeros(); taken];
         problem.for_each_sample(&fit.values, &mut |s| {
@@ -190,8 +190,8 @@ impl Campaign {
                 None => s.whitener.try_inverse().unwrap_or_else(Matrix3::zeros),
             };
         });
-        let back = chosen.iter().map(|&s| whiteners[s] / yardstick.weight()).collect();
-        Ok(Campaign { basis, groups, rows, y, stated, noise_m, back, circumstances, chosen, priors })
+        let back = chosen.iter().map(|&s| whiteners[s] / noise_scale.weight()).collect();
+        Ok(Campaign { basis, groups, rows, y, stated, noise_m, back, contexts, chosen, priors })
     }
 
     /// Rows and residuals of a stretch of the examination's samples, whether they are among the chosen or not.
@@ -202,7 +202,7 @@ impl Campaign {
     /// Rows and residuals of all samples of the examination, of the model alone.
     pub fn of_model(&self, examination: &Examination) -> (Rows, DVector<f64>) {
         let without = Basis { joints: Vec::new(), load: Vec::new() };
-        let all: Vec<usize> = (0..examination.circumstances.len()).collect();
+        let all: Vec<usize> = (0..examination.contexts.len()).collect();
         let (rows, y) = laid_out(examination, &without, &self.priors, &all);
         (rows.of_model(), y)
     }
@@ -214,7 +214,7 @@ impl Campaign {
     pub fn there(&self, there: &Dataset, examination: &Examination) -> Result<There, IdentifyError> {
         let at = AtNewPoses::of_the_arm(there, examination)?;
         let fields = at.fields();
-        let circumstances = at.plain_circumstances();
+        let contexts = at.plain_contexts();
         let (m, count) = (self.priors.len(), examination.columns.len());
         let mut smooth = fields.columns(0, m).into_owned();
         let mut offset = DVector::zeros(fields.nrows());
@@ -223,8 +223,8 @@ impl Campaign {
             column *= *sigma;
         }
         let effects = fields.columns(m, count).into_owned();
-        let [levers, functions] = moved(&self.basis, &circumstances, fields.nrows(), |s| 3 * s);
-        let samples = (0..circumstances.len()).map(|s| 3 * s..3 * s + 3).collect();
+        let [levers, functions] = moved(&self.basis, &contexts, fields.nrows(), |s| 3 * s);
+        let samples = (0..contexts.len()).map(|s| 3 * s..3 * s + 3).collect();
         Ok(There { rows: Rows { samples, smooth, effects, levers: columns(levers), functions }, offset })
     }
 }

@@ -87,7 +87,7 @@ pub(super) fn mean_of_all(
     (rows, groups): (&Rows, &Groups),
     sizes: &Sizes,
 ) -> Result<Coefficients, FitError> {
-    let count = examination.circumstances.len();
+    let count = examination.contexts.len();
     let columns = chosen(rows, groups, sizes, count as f64 / rows.samples.len().max(1) as f64);
     let (alone, y) = campaign.of_model(examination);
     let weights = weights(&alone, &y)?;

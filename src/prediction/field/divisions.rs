@@ -40,7 +40,7 @@ pub(super) struct Divided {
 /// Postures as points of a space in which k-means finds blocks: angles over their standard deviations, times the root of the
 /// joint's share of the levers.
 fn points(campaign: &Campaign) -> Vec<Vec<f64>> {
-    let all = &campaign.circumstances;
+    let all = &campaign.contexts;
     let n = all.len() as f64;
     let joints = all.first().map_or(0, |c| c.q.len());
     let scale = |j: usize| {
@@ -55,7 +55,7 @@ fn points(campaign: &Campaign) -> Vec<Vec<f64>> {
 
 /// All divisions that a campaign allows.
 pub(super) fn divisions(datasets: &[NamedDataset<'_>], examination: &Examination, campaign: &Campaign) -> Vec<Divided> {
-    let postures = postures(&campaign.circumstances);
+    let postures = postures(&campaign.contexts);
     let n = postures.count();
     let of_samples = |of: &[usize]| -> Vec<usize> { postures.of_samples().iter().map(|&p| of[p]).collect() };
     let random = Folds::random(n);

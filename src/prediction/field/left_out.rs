@@ -57,8 +57,8 @@ pub(super) fn errors(model: &Conditional, rows: &[usize]) -> Option<(DVector<f64
 }
 
 fn of_part(model: &Conditional, campaign: &Campaign, part: &[usize]) -> Vec<Option<Missed>> {
-    let Campaign { rows, circumstances, back, .. } = campaign;
-    if part.is_empty() || circumstances.len() - part.len() < LEAST_LEFT {
+    let Campaign { rows, contexts, back, .. } = campaign;
+    if part.is_empty() || contexts.len() - part.len() < LEAST_LEFT {
         return vec![None; part.len()];
     }
     let own: Vec<usize> = part.iter().flat_map(|&s| rows.samples[s].clone()).collect();
@@ -68,7 +68,7 @@ fn of_part(model: &Conditional, campaign: &Campaign, part: &[usize]) -> Vec<Opti
         first.push(at);
         at + rows.samples[s].len()
     });
-    let heights: Vec<usize> = part.iter().map(|&s| circumstances[s].positions).collect();
+    let heights: Vec<usize> = part.iter().map(|&s| contexts[s].positions).collect();
     let error = |k: usize| -> Vector3<f64> {
         back[part[k]] * Vector3::from_fn(|axis, _| if axis < heights[k] { errors[first[k] + axis] } else { 0.0 })
     };
@@ -82,11 +82,11 @@ fn of_part(model: &Conditional, campaign: &Campaign, part: &[usize]) -> Vec<Opti
     let noise =
         |k: usize| model.sizes.noise / model.sizes.weights[part[k]] * back[part[k]].columns(0, heights[k]).norm_squared();
     let probed_elsewhere = |ball: usize| {
-        (0..circumstances.len()).any(|s| circumstances[s].free_ball == Some(ball) && part.binary_search(&s).is_err())
+        (0..contexts.len()).any(|s| contexts[s].free_ball == Some(ball) && part.binary_search(&s).is_err())
     };
     let mut of_ball: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (k, &s) in part.iter().enumerate() {
-        if let Some(ball) = circumstances[s].free_ball {
+        if let Some(ball) = contexts[s].free_ball {
             of_ball.entry(ball).or_default().push(k);
         }
     }

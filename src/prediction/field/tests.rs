@@ -145,7 +145,7 @@ fn a_joint_that_errs_by_two_angles_is_corrected_and_named() {
     let at = AtNewPoses::of_the_arm(&there, &examination).unwrap();
     let sizes: Vec<f64> = parameters.iter().chain(&effects).copied().collect();
     let by_columns = at.fields() * DVector::from_vec(sizes);
-    for (p, c) in at.plain_circumstances().iter().enumerate() {
+    for (p, c) in at.plain_contexts().iter().enumerate() {
         let turned = table.errors(&c.q, &c.tau);
         let by_joints: Vector3<f64> =
             turned.iter().zip(&c.joints).map(|(angle, column)| column.fixed_rows::<3>(0) * *angle).sum();
