@@ -6,6 +6,7 @@
 //! and treated like all others.
 
 pub mod catalogue;
+pub mod error_field;
 mod expression;
 pub mod facts;
 pub mod family;
@@ -24,6 +25,7 @@ pub use words::variable_in_words;
 use thiserror::Error;
 
 use self::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use self::error_field::ErrorField;
 use self::own::{OwnEffect, OwnEffectError};
 use self::registry::Registry;
 use self::situation::Situation;
@@ -166,6 +168,8 @@ pub struct Subject<'a> {
     pub own: &'a [OwnEffect],
     /// The available families.
     pub registry: &'a Registry,
+    /// The field of joint errors of the model; `None` without one.
+    pub field: Option<&'a std::sync::Arc<ErrorField>>,
     /// Names of the samples, if known: an effect that names another sample is then refused.
     pub samples: Option<&'a [String]>,
 }
@@ -173,7 +177,7 @@ pub struct Subject<'a> {
 impl<'a> Subject<'a> {
     /// A robot and an artifact, with the families of the catalogue and no user-defined effects.
     pub fn new(robot: &'a Robot, balls: &'a [String]) -> Self {
-        Subject { robot, balls, own: &[], registry: Registry::catalogue(), samples: None }
+        Subject { robot, balls, own: &[], registry: Registry::catalogue(), field: None, samples: None }
     }
 }
 

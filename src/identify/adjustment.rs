@@ -60,7 +60,7 @@ impl Adjustment {
 
     pub(super) fn of(problem: &Problem, Determined { kept, unresolved }: Determined) -> Self {
         let parameters = problem.parameters();
-        let (rows, unknowns) = (problem.row_count(), kept.len());
+        let unknowns = kept.len();
         let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Prior::Uninformative).count();
         let information = kept.iter().map(|&p| parameters[p].knowledge.information());
         Adjustment {
@@ -82,7 +82,7 @@ impl Adjustment {
             kept,
             unresolved,
             chi2: f64::NAN,
-            dof: (rows - flat).saturating_sub(problem.prior_count()),
+            dof: problem.dof(flat),
             noise_stated: problem.noise_stated(),
             iterations: 0,
             outcome: Outcome::IterationLimit,

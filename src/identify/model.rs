@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::RunChange;
 use super::fleet_prior::FleetPrior;
+use crate::effects::error_field::ErrorField;
 use crate::effects::facts::Role;
 use crate::effects::family::Family;
 use crate::effects::own::OwnEffect;
@@ -54,6 +55,8 @@ pub struct Model {
     pub changes: Vec<RunChange>,
     /// Prior of the arm from robots of this type; `None` without one.
     pub fleet: Option<Arc<FleetPrior>>,
+    /// The field of joint errors that the effect `error_field` adds; `None` without one.
+    pub field: Option<Arc<ErrorField>>,
     /// The families from which `effects` are built.
     pub registry: Registry,
 }
@@ -102,7 +105,7 @@ impl Model {
 
     /// The subject for building the effects of this model: a robot, and the balls of an artifact in their order.
     pub fn subject<'a>(&'a self, robot: &'a Robot, balls: &'a [String]) -> Subject<'a> {
-        Subject { own: &self.own, registry: &self.registry, ..Subject::new(robot, balls) }
+        Subject { own: &self.own, registry: &self.registry, field: self.field.as_ref(), ..Subject::new(robot, balls) }
     }
 
     /// The same model with an effect added.
@@ -131,6 +134,7 @@ impl Model {
             width: BTreeMap::new(),
             changes: Vec::new(),
             fleet: None,
+            field: None,
             registry: Registry::default(),
         }
     }

@@ -60,6 +60,8 @@ pub struct Problem {
     cached: Option<(Vec<f64>, LoadState)>,
     distances: Vec<DistanceRow>,
     priors: Vec<PriorRow>,
+    /// Effective number of parameters of a field of joint errors, which are not among the unknowns.
+    field_numbers: f64,
     row_count: usize,
     torque_posture: TorquePosture,
     /// Joint and parameter of every unknown joint compliance.
@@ -137,6 +139,12 @@ impl Problem {
     /// Number of those that are priors of parameters, after all others.
     pub fn prior_count(&self) -> usize {
         self.priors.len()
+    }
+
+    /// Degrees of freedom of a fit with this many unknowns without a prior.
+    pub(super) fn dof(&self, flat: usize) -> usize {
+        let numbers = self.field_numbers.round().max(0.0) as usize;
+        (self.row_count - flat).saturating_sub(self.priors.len() + numbers)
     }
 
     /// Number of samples.

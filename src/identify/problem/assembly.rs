@@ -10,7 +10,7 @@ use super::distance_row::DistanceRow;
 use super::load_state::LoadState;
 use super::missing::missing;
 use super::order::joints_before;
-use super::prior_row::PriorRow;
+use super::prior_row::{PriorRow, hold_about_nominal};
 use super::sample_row::SampleRow;
 use super::start::{datum_freedoms, start};
 use super::wanted::{StatedPrior, wanted};
@@ -237,6 +237,7 @@ impl<'a> Assembly<'a> {
     /// The problem of all samples.
     pub(super) fn problem(self) -> Result<Problem, ProblemError> {
         let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, mut parameters, effects } = self;
+        hold_about_nominal(&mut parameters, model);
         let priors = PriorRow::of(&mut parameters, model);
         let known = datasets.iter().zip(&balls).zip(&effects);
         let distances =
@@ -256,6 +257,7 @@ impl<'a> Assembly<'a> {
             cached: None,
             distances,
             priors,
+            field_numbers: model.field.as_ref().filter(|_| model.lists(EffectId::ERROR_FIELD)).map_or(0.0, |f| f.numbers),
             row_count: 0,
             torque_posture,
             compliances,
