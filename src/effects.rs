@@ -24,8 +24,8 @@ pub use words::variable_in_words;
 
 use thiserror::Error;
 
-use self::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
 use self::error_field::ErrorField;
+use self::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
 use self::own::{OwnEffect, OwnEffectError};
 use self::registry::Registry;
 use self::situation::Situation;

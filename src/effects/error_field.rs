@@ -59,7 +59,9 @@ impl JointFunctions {
     /// The joint that errs.
     pub fn joint(self) -> usize {
         match self {
-            JointFunctions::Curve { joint, .. } | JointFunctions::Angles { joint, .. } | JointFunctions::Load { joint, .. } => joint,
+            JointFunctions::Curve { joint, .. } | JointFunctions::Angles { joint, .. } | JointFunctions::Load { joint, .. } => {
+                joint
+            }
         }
     }
 

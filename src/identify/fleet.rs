@@ -172,7 +172,12 @@ fn measured_twice(one: &Calibration, other: &Calibration, likely: f64) -> Option
 /// A parameter of the arm; `None` if it is not of the arm.
 fn spec_of_arm(calibration: &Calibration, effect: &str, name: &str) -> Option<ParameterSpec> {
     let model = &calibration.model;
-    let subject = Subject { own: &model.own, registry: &model.registry, field: model.field.as_ref(), ..Subject::new(&calibration.robot, &[]) };
+    let subject = Subject {
+        own: &model.own,
+        registry: &model.registry,
+        field: model.field.as_ref(),
+        ..Subject::new(&calibration.robot, &[])
+    };
     let built = effects::build(effect, &subject).ok()?;
     if built.owner() != Owner::Robot || is_of_a_day(calibration, effect) {
         return None;

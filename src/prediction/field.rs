@@ -36,9 +36,11 @@ use self::divisions::{Measured, divisions, measure};
 use self::expected::{Expected, leverage};
 use self::gate::Gate;
 use self::rows::{Coefficients, Groups, Rows};
-use self::table::{Part, Table, shares};
+use self::table::{Part, beside, kept, shares};
 use super::workspace::{SEED, at_poses};
 use crate::diagnosis::Examination;
+use crate::effects::EffectId;
+use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{FitError, Outcome};
 use crate::math::linalg::Cholesky;
@@ -117,17 +119,6 @@ pub(crate) struct Worth {
     pub corrected: Vec<Vector3<f64>>,
 }
 
-/// The correction in the form in which it is kept.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Correction {
-    /// Change of each fitted parameter, in the order of the fit's, SI.
-    pub parameters: Vec<f64>,
-    /// Sizes of the candidates' parameters, in the order of the examination's columns, in plausible sizes.
-    pub effects: Vec<f64>,
-    /// Errors of the joints' angles.
-    pub table: Table,
-}
-
 impl Field {
     /// Explains an examined fit; the same data give the same field on any number of threads.
     ///
@@ -204,14 +195,21 @@ impl Field {
         })
     }
 
-    /// The correction as parameters, sizes of effects and a table.
-    pub fn correction(&self) -> Correction {
-        let priors = self.campaign.priors.iter().zip(&self.mean.smooth);
-        Correction {
-            parameters: priors.map(|([sigma, mean], b)| mean + sigma * b).collect(),
-            effects: self.mean.effects.iter().copied().collect(),
-            table: Table::of(&self.campaign, &self.mean),
+    /// The model of an examined fit with this field: its table, and the effects of the set-up that are fitted beside it.
+    pub fn added_to(&self, examination: &Examination) -> Model {
+        let Field { campaign, alone, with_field, mean, .. } = self;
+        let counted = |rows: &Rows, model: &Conditional| {
+            let noise = model.sizes.noise_of_rows(rows);
+            noise.iter().enumerate().map(|(r, noise)| 1.0 - noise * model.inverse[(r, r)]).sum::<f64>()
+        };
+        let numbers = (counted(&campaign.rows, with_field) - counted(&self.rows_alone, alone)).max(0.0);
+        let field = kept(campaign, examination, mean, numbers);
+        let mut model = examination.model.with(EffectId::ERROR_FIELD);
+        for (effect, width) in beside(campaign, examination, mean, &with_field.sizes.groups) {
+            model = model.with(&effect);
+            model.width.insert(effect.to_string(), width);
         }
+        Model { field: Some(std::sync::Arc::new(field)), only_weighed_orientations: false, ..model }
     }
 }
 

@@ -6,8 +6,7 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
+use crate::effects::error_field::{JointFunctions, PAIR_ORDERS};
 use crate::units::URAD;
 
 /// Plausible size of a joint's error, one-sigma, of a curve's band or of a pair, rad.
@@ -19,9 +18,6 @@ const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
 /// Highest order of a coarse curve; gears and encoders make the others.
 const COARSE: usize = 20;
 
-/// Orders of a curve within a pair.
-pub(super) const PAIR_ORDERS: usize = 4;
-
 /// Length scales of a function of two variables, rad; the weights of the orders are a mean over them.
 const LENGTHS: [f64; 3] = [0.5, 0.9, 1.5];
 
@@ -30,9 +26,6 @@ const SQUARE: f64 = 0.3;
 
 /// Weight of a pure function of the load beside those that change with an angle, as variances.
 const LOAD_ALONE: f64 = 0.15;
-
-/// Largest load, in multiples of its root mean square, beyond which its effect no longer grows.
-const MOST_LOAD: f64 = 4.0;
 
 /// Least lever of a joint that has curves, as a share of the largest: what moves less cannot be seen.
 const CURVE_LEVER: f64 = 0.02;
@@ -61,74 +54,23 @@ pub(crate) enum Kind {
 /// All kinds.
 pub(super) const KINDS: [Kind; 5] = [Kind::Effect, Kind::Curve, Kind::FineCurve, Kind::Angles, Kind::Load];
 
-/// Functions of one size. Joints are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Functions of one size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Group {
     /// A candidate of the catalogue, by its index in the library.
     Effect(usize),
-    /// A curve of a joint's own angle, from the first to the last of these orders.
-    Curve { joint: usize, orders: [usize; 2] },
-    /// A function of two joint angles.
-    Angles { joint: usize, of: [usize; 2] },
-    /// A function of the joint's own load and an angle.
-    Load { joint: usize, angle: usize },
+    /// Errors of a joint's angle.
+    Joint(JointFunctions),
 }
 
 impl Group {
     pub fn kind(self) -> Kind {
         match self {
             Group::Effect(_) => Kind::Effect,
-            Group::Curve { orders: [_, last], .. } if last <= COARSE => Kind::Curve,
-            Group::Curve { .. } => Kind::FineCurve,
-            Group::Angles { .. } => Kind::Angles,
-            Group::Load { .. } => Kind::Load,
-        }
-    }
-
-    /// Size of each of its functions at plausible size, rad.
-    pub fn scales(self) -> Vec<f64> {
-        let weights = pair_weights();
-        let of_waves = || weights.iter().flat_map(|w| [w.sqrt(); 2]);
-        let shares: Vec<f64> = match self {
-            Group::Effect(_) => Vec::new(),
-            Group::Curve { orders: [first, last], .. } => vec![((last + 1 - first) as f64).sqrt().recip(); self.width()],
-            Group::Angles { .. } => of_waves().flat_map(|a| of_waves().map(move |b| a * b)).collect(),
-            Group::Load { .. } => {
-                let of_angle = || std::iter::once(LOAD_ALONE.sqrt()).chain(of_waves());
-                [1.0, SQUARE.sqrt()].into_iter().flat_map(|load| of_angle().map(move |angle| load * angle)).collect()
-            }
-        };
-        shares.into_iter().map(|share| ORDINARY * share).collect()
-    }
-
-    /// Writes its functions at joint angles `q` (rad) and loads `tau` (N·m) into `to`; `load` is the root mean square load of
-    /// each joint. They are sines and cosines of the orders, products of those of two angles with the second angle's last,
-    /// and for a load x (in root mean squares, at most 4) `x` and `x^2 - 1`, each alone and times those of an angle.
-    pub fn write(self, q: &[f64], tau: &[f64], load: &[f64], to: &mut [f64]) {
-        let mut next = to.iter_mut();
-        let mut put = |value: f64| next.next().into_iter().for_each(|to| *to = value);
-        match self {
-            Group::Effect(_) => {}
-            Group::Curve { joint, orders: [first, last] } => {
-                for order in first..=last {
-                    let (sin, cos) = (order as f64 * q[joint]).sin_cos();
-                    put(sin);
-                    put(cos);
-                }
-            }
-            Group::Angles { of: [a, b], .. } => {
-                let of_b = waves(q[b]);
-                waves(q[a]).for_each(|a| of_b.clone().for_each(|b| put(a * b)));
-            }
-            Group::Load { joint, angle } => {
-                let x = (tau[joint] / load[joint]).clamp(-MOST_LOAD, MOST_LOAD);
-                let of_angle = waves(q[angle]);
-                for load in [x, x * x - 1.0] {
-                    put(load);
-                    of_angle.clone().for_each(|wave| put(load * wave));
-                }
-            }
+            Group::Joint(JointFunctions::Curve { orders: [_, last], .. }) if last <= COARSE => Kind::Curve,
+            Group::Joint(JointFunctions::Curve { .. }) => Kind::FineCurve,
+            Group::Joint(JointFunctions::Angles { .. }) => Kind::Angles,
+            Group::Joint(JointFunctions::Load { .. }) => Kind::Load,
         }
     }
 
@@ -136,18 +78,33 @@ impl Group {
     pub fn width(self) -> usize {
         match self {
             Group::Effect(_) => 0,
-            Group::Curve { orders: [first, last], .. } => 2 * (last + 1 - first),
-            Group::Angles { .. } => 4 * PAIR_ORDERS * PAIR_ORDERS,
-            Group::Load { .. } => 2 * (1 + 2 * PAIR_ORDERS),
+            Group::Joint(functions) => functions.count(),
         }
     }
+}
+
+/// Size of each of these functions at plausible size, rad.
+pub(super) fn scales(functions: JointFunctions) -> Vec<f64> {
+    let weights = pair_weights();
+    let of_waves = || weights.iter().flat_map(|w| [w.sqrt(); 2]);
+    let shares: Vec<f64> = match functions {
+        JointFunctions::Curve { orders: [first, last], .. } => {
+            vec![((last + 1 - first) as f64).sqrt().recip(); functions.count()]
+        }
+        JointFunctions::Angles { .. } => of_waves().flat_map(|a| of_waves().map(move |b| a * b)).collect(),
+        JointFunctions::Load { .. } => {
+            let of_angle = || std::iter::once(LOAD_ALONE.sqrt()).chain(of_waves());
+            [1.0, SQUARE.sqrt()].into_iter().flat_map(|load| of_angle().map(move |angle| load * angle)).collect()
+        }
+    };
+    shares.into_iter().map(|share| ORDINARY * share).collect()
 }
 
 /// The groups of one joint, in the order of their functions.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGroups {
     pub joint: usize,
-    pub groups: Vec<Group>,
+    pub groups: Vec<JointFunctions>,
     /// Size of each function, rad.
     scales: Vec<f64>,
 }
@@ -156,7 +113,7 @@ impl JointGroups {
     /// The functions of each group.
     pub fn spans(&self) -> impl Iterator<Item = Range<usize>> {
         self.groups.iter().scan(0, |first, group| {
-            let span = *first..*first + group.width();
+            let span = *first..*first + group.count();
             *first = span.end;
             Some(span)
         })
@@ -207,15 +164,15 @@ impl Basis {
             if facts.lever <= CURVE_LEVER * most {
                 return None;
             }
-            let mut groups: Vec<Group> = BANDS.iter().map(|&orders| Group::Curve { joint, orders }).collect();
+            let mut groups: Vec<JointFunctions> = BANDS.iter().map(|&orders| JointFunctions::Curve { joint, orders }).collect();
             if facts.lever > PAIR_LEVER * most {
                 let pairs = variables.iter().enumerate().flat_map(|(k, &a)| variables[k + 1..].iter().map(move |&b| [a, b]));
-                groups.extend(pairs.map(|of| Group::Angles { joint, of }));
+                groups.extend(pairs.map(|of| JointFunctions::Angles { joint, of }));
                 if facts.load > LEAST_LOAD * most_load {
-                    groups.extend(variables.iter().map(|&angle| Group::Load { joint, angle }));
+                    groups.extend(variables.iter().map(|&angle| JointFunctions::Load { joint, angle }));
                 }
             }
-            let scales = groups.iter().flat_map(|g| g.scales()).collect();
+            let scales = groups.iter().flat_map(|&g| scales(g)).collect();
             Some(JointGroups { joint, groups, scales })
         };
         Basis { joints: turning().filter_map(groups_of).collect(), load: joints.iter().map(|j| j.load).collect() }
@@ -225,13 +182,9 @@ impl Basis {
     /// the joint's error at plausible size.
     pub fn write(&self, of: &JointGroups, q: &[f64], tau: &[f64], to: &mut [f64]) {
         for (group, span) in of.groups.iter().zip(of.spans()) {
-            group.write(q, tau, &self.load, &mut to[span]);
+            let mut next = to[span].iter_mut();
+            group.values(q, tau, &self.load, &mut |value| next.next().into_iter().for_each(|to| *to = value));
         }
         to.iter_mut().zip(&of.scales).for_each(|(value, scale)| *value *= scale);
     }
-}
-
-/// Sine and cosine of every order of a curve within a pair.
-fn waves(angle: f64) -> impl Iterator<Item = f64> + Clone {
-    (1..=PAIR_ORDERS).flat_map(move |order| <[f64; 2]>::from((order as f64 * angle).sin_cos()))
 }

@@ -9,7 +9,7 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::folds::postures;
 use crate::effects::{EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
-use crate::identify::problem::{SampleContext, Parameter, Prior};
+use crate::identify::problem::{Parameter, Prior, SampleContext};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::level::is_noise_overstated;

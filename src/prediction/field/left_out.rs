@@ -81,9 +81,8 @@ fn of_part(model: &Conditional, campaign: &Campaign, part: &[usize]) -> Vec<Opti
     };
     let noise =
         |k: usize| model.sizes.noise / model.sizes.weights[part[k]] * back[part[k]].columns(0, heights[k]).norm_squared();
-    let probed_elsewhere = |ball: usize| {
-        (0..contexts.len()).any(|s| contexts[s].free_ball == Some(ball) && part.binary_search(&s).is_err())
-    };
+    let probed_elsewhere =
+        |ball: usize| (0..contexts.len()).any(|s| contexts[s].free_ball == Some(ball) && part.binary_search(&s).is_err());
     let mut of_ball: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (k, &s) in part.iter().enumerate() {
         if let Some(ball) = contexts[s].free_ball {

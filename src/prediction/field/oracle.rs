@@ -5,9 +5,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use super::basis::{Basis, Group, JointFacts};
+use super::basis::{Basis, JointFacts};
 use super::rows::{Groups, Rows};
 use super::{evidence, gibbs, kernels, left_out};
+use crate::effects::error_field::JointFunctions;
 
 struct Golden {
     numbers: Value,
@@ -156,7 +157,7 @@ fn joints_that_slide_have_no_functions() {
     let basis = of([false, true, true, true]);
     assert_eq!(basis.joints.iter().map(|j| j.joint).collect::<Vec<_>>(), [1, 2, 3]);
     let of_first = &basis.joints[0].groups;
-    assert!(of_first.contains(&Group::Angles { joint: 1, of: [1, 2] }));
+    assert!(of_first.contains(&JointFunctions::Angles { joint: 1, of: [1, 2] }));
     assert_eq!(of_first.len(), 5 + 1 + 2);
     assert!(of([false; 4]).joints.is_empty());
 }

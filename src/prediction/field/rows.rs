@@ -80,7 +80,7 @@ impl Groups {
         let mut first = Vec::new();
         for joint in &basis.joints {
             first.push(all.len());
-            all.extend(&joint.groups);
+            all.extend(joint.groups.iter().map(|&functions| Group::Joint(functions)));
         }
         Groups { all, effects, first, spans: basis.joints.iter().map(|j| j.spans().collect()).collect() }
     }

@@ -1,60 +1,70 @@
-//! The correction as a table: coefficients of a finite basis, small enough for a calibration file.
+//! The correction as it is kept, and its shares.
 
-use serde::{Deserialize, Serialize};
-
-use super::basis::{Group, Kind};
+use super::basis::{Group, scales};
 use super::campaign::{Campaign, There};
 use super::rows::Coefficients;
+use crate::diagnosis::Examination;
+use crate::effects::error_field::{COEFFICIENT, ErrorField, FieldTerm, JointFunctions, SizedEffect};
+use crate::effects::{EffectId, Owner};
 
-/// Coefficients are rounded to this, rad: a nanometre at an arm's length.
-const ROUNDING: f64 = 1e-9;
+/// Effects below this are left out, in plausible sizes: they move nothing.
+const LEAST_SIZE: f64 = 1e-4;
 
-/// Functions of one group, with a coefficient each, rad.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Term {
-    pub group: Group,
-    /// In the order of [`Group::write`], in nanoradians.
-    pub nrad: Vec<i32>,
-}
+/// Effects of the set-up below this are left out, in plausible sizes: an ordinary set-up has as much.
+const LEAST_BESIDE: f64 = 0.1;
 
-/// What corrects a robot beside its parameters and the effects of the catalogue: errors of its joints' angles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Table {
-    /// Root mean square load of each joint by which loads are divided, N·m.
-    pub load: Vec<f64>,
-    pub terms: Vec<Term>,
-}
-
-impl Table {
-    /// The table of these coefficients; groups whose coefficients are all nothing are left out.
-    pub(super) fn of(campaign: &Campaign, coefficients: &Coefficients) -> Self {
-        let groups = &campaign.groups;
-        let of_joints = groups.all.iter().enumerate().filter(|(_, group)| group.kind() != Kind::Effect);
-        let term = |(g, group): (usize, &Group)| {
-            let own = groups.part(g, coefficients);
-            let nrad = own.iter().zip(group.scales()).map(|(b, scale)| (b * scale / ROUNDING).round() as i32).collect();
-            Term { group: *group, nrad }
-        };
-        let is_something = |term: &Term| term.nrad.iter().any(|c| *c != 0);
-        Table { load: campaign.basis.load.clone(), terms: of_joints.map(term).filter(is_something).collect() }
-    }
-
-    /// Error of every joint's angle at joint angles `q` (rad) and loads `tau` (N·m), rad: what to add to the angle that the
-    /// controller shows.
-    pub fn errors(&self, q: &[f64], tau: &[f64]) -> Vec<f64> {
-        let mut errors = vec![0.0; self.load.len()];
-        let mut functions = Vec::new();
-        for Term { group, nrad } in &self.terms {
-            let (Group::Curve { joint, .. } | Group::Angles { joint, .. } | Group::Load { joint, .. }) = *group else {
-                continue;
-            };
-            functions.clear();
-            functions.resize(nrad.len(), 0.0);
-            group.write(q, tau, &self.load, &mut functions);
-            errors[joint] += functions.iter().zip(nrad).map(|(f, c)| f * ROUNDING * f64::from(*c)).sum::<f64>();
+/// The joint errors, and the effects of the arm, of these coefficients; groups whose coefficients are all nothing are left
+/// out. `numbers` is the effective number of parameters.
+pub(super) fn kept(campaign: &Campaign, examination: &Examination, coefficients: &Coefficients, numbers: f64) -> ErrorField {
+    let groups = &campaign.groups;
+    let (mut terms, mut effects) = (Vec::new(), Vec::new());
+    for (g, group) in groups.all.iter().enumerate() {
+        let own = groups.part(g, coefficients);
+        match *group {
+            Group::Joint(functions) => {
+                let nrad = own.iter().zip(scales(functions)).map(|(b, scale)| (b * scale / COEFFICIENT).round() as i32);
+                terms.push(FieldTerm { functions, nrad: nrad.collect() });
+            }
+            Group::Effect(k) if is_of_arm(examination, k) && own.iter().any(|size| size.abs() > LEAST_SIZE) => {
+                let effect = examination.library.candidates[k].id.clone();
+                effects.push(SizedEffect { effect, sizes: own.iter().copied().collect() });
+            }
+            Group::Effect(_) => {}
         }
-        errors
     }
+    terms.retain(|term| term.nrad.iter().any(|c| *c != 0));
+    let width = |(&p, [sigma, _]): (&usize, &[f64; 2])| {
+        let parameter = &examination.problem.parameters()[p];
+        let is_free = parameter.owner == Owner::Robot && parameter.knowledge.information() == 0.0;
+        is_free.then(|| (parameter.spec.name.clone(), sigma / parameter.spec.prior))
+    };
+    let widths = examination.fit.kept.iter().zip(&campaign.priors).filter_map(width).collect();
+    ErrorField { load: campaign.basis.load.clone(), terms, effects, widths, numbers }
+}
+
+/// Effects that are fitted beside the field, each with its one-sigma in plausible sizes: those of the set-up, which move the
+/// campaign and not the arm, and those that act through a compliance.
+pub(super) fn beside(
+    campaign: &Campaign,
+    examination: &Examination,
+    coefficients: &Coefficients,
+    sizes: &[f64],
+) -> Vec<(EffectId, f64)> {
+    let of = |(g, group): (usize, &Group)| {
+        let Group::Effect(k) = *group else { return None };
+        let own = campaign.groups.part(g, coefficients);
+        let size = (own.norm_squared() / own.len().max(1) as f64).sqrt();
+        let is_beside = size > LEAST_BESIDE && !is_of_arm(examination, k);
+        is_beside.then(|| (examination.library.candidates[k].id.clone(), sizes[g].sqrt()))
+    };
+    campaign.groups.all.iter().enumerate().filter_map(of).collect()
+}
+
+/// True if a candidate belongs to the arm alone, and is linear in itself.
+fn is_of_arm(examination: &Examination, candidate: usize) -> bool {
+    let Some(first) = examination.columns.get(examination.spans[candidate].first) else { return false };
+    let parameter = &examination.wide.parameters()[first.parameter];
+    parameter.owner == Owner::Robot && !parameter.through
 }
 
 /// What a share of the correction is of.
@@ -74,9 +84,9 @@ impl Part {
     fn of(group: Group) -> Self {
         match group {
             Group::Effect(k) => Part::Effect(k),
-            Group::Curve { joint, .. } => Part::Curve { joint },
-            Group::Angles { joint, of } => Part::Angles { joint, of },
-            Group::Load { joint, angle } => Part::Load { joint, angle },
+            Group::Joint(JointFunctions::Curve { joint, .. }) => Part::Curve { joint },
+            Group::Joint(JointFunctions::Angles { joint, of }) => Part::Angles { joint, of },
+            Group::Joint(JointFunctions::Load { joint, angle }) => Part::Load { joint, angle },
         }
     }
 }

@@ -11,6 +11,7 @@ use super::basis::Group;
 use super::gate::Matter;
 use super::*;
 use crate::diagnosis::folds::Division;
+use crate::effects::error_field::JointFunctions;
 use crate::identify::Model;
 use crate::measure::dataset::{Ball, Dataset, Measured as Reading, Noise, Sample};
 use crate::prediction::at_new_poses::AtNewPoses;
@@ -98,17 +99,28 @@ impl Known {
         Examination::new(&self.named(), &Model::paper()).unwrap()
     }
 
+    /// True mean error of an examined fit, m.
+    fn left_by(&self, examination: &Examination) -> f64 {
+        let missed = self.missed_by(examination);
+        missed.iter().map(|missed| missed.norm()).sum::<f64>() / missed.len() as f64
+    }
+
+    /// What an examined fit misses at the postures, m.
+    fn missed_by(&self, examination: &Examination) -> Vec<Vector3<f64>> {
+        let random = &mut ChaCha8Rng::seed_from_u64(1);
+        let mut there = at_poses(&self.data, examination, &self.poses, random);
+        for (sample, truth) in there.samples.iter_mut().zip(&self.truth) {
+            sample.measured = Reading::Point(*truth);
+        }
+        AtNewPoses::of_the_arm(&there, examination).unwrap().residuals()
+    }
+
     /// The worth of the field, and the true mean error of the model alone and of the model with its field, m.
     fn judged(&self) -> (Field, Worth, [f64; 2]) {
         let examination = self.examined();
         let field = Field::of(&self.named(), &examination).unwrap();
         let worth = field.worth(&self.named(), &examination, &self.poses).unwrap();
-        let random = &mut ChaCha8Rng::seed_from_u64(1);
-        let mut there = at_poses(&self.data, &examination, &self.poses, random);
-        for (sample, truth) in there.samples.iter_mut().zip(&self.truth) {
-            sample.measured = Reading::Point(*truth);
-        }
-        let missed = AtNewPoses::of_the_arm(&there, &examination).unwrap().residuals();
+        let missed = self.missed_by(&examination);
         let left = |moved: &[Vector3<f64>]| {
             moved.iter().zip(&missed).map(|(by, missed)| (missed - by).norm()).sum::<f64>() / missed.len() as f64
         };
@@ -135,23 +147,16 @@ fn a_joint_that_errs_by_two_angles_is_corrected_and_named() {
         let sigmas = (said.level() / measured).ln() / said.spread;
         assert!(!said.is_refused() && (-2.0..3.0).contains(&sigmas), "{said:?} {measured}");
     }
-    // The table alone gives what the joints move, and it is small.
-    let Correction { table, parameters, effects } = field.correction();
-    assert!(serde_json::to_string(&table).unwrap().len() < 100_000);
+    // Fitted again with the field in the model, the robot is predicted as well.
     let examination = known.examined();
-    assert_eq!((parameters.len(), effects.len()), (examination.fitted.len(), examination.columns.len()));
-    let random = &mut ChaCha8Rng::seed_from_u64(SEED);
-    let there = at_poses(&known.data, &examination, &known.poses, random);
-    let at = AtNewPoses::of_the_arm(&there, &examination).unwrap();
-    let sizes: Vec<f64> = parameters.iter().chain(&effects).copied().collect();
-    let by_columns = at.fields() * DVector::from_vec(sizes);
-    for (p, c) in at.plain_contexts().iter().enumerate() {
-        let turned = table.errors(&c.q, &c.tau);
-        let by_joints: Vector3<f64> =
-            turned.iter().zip(&c.joints).map(|(angle, column)| column.fixed_rows::<3>(0) * *angle).sum();
-        let moved = by_columns.fixed_rows::<3>(3 * p) + by_joints;
-        assert!((moved - worth.corrected[p]).norm() < 0.1 * UM, "{p}");
-    }
+    let model = field.added_to(&examination);
+    let refitted = Examination::new(&known.named(), &model).unwrap();
+    let share = refitted.problem().parameters().iter().position(|p| p.effect == EffectId::ERROR_FIELD).unwrap();
+    assert!((refitted.fit().values[share] - 1.0).abs() < 1e-3, "{}", refitted.fit().values[share]);
+    let left = known.left_by(&refitted);
+    assert!((left / after - 1.0).abs() < 0.1, "{left} {after}");
+    let numbers = model.field.unwrap().numbers;
+    assert!((5.0..130.0).contains(&numbers), "{numbers}");
 }
 
 #[test]
@@ -169,7 +174,7 @@ fn fields_are_the_same_on_one_thread_and_on_two() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let field = Field::of(&known.named(), &examination).unwrap();
-            (field.correction(), field.divisions.clone(), field.draws[0].clone())
+            (field.added_to(&examination), field.divisions.clone(), field.draws[0].clone())
         })
     };
     let [one, two] = [1, 2].map(on);
@@ -289,9 +294,9 @@ fn of_an_arm_on_a_rail_only_the_joints_that_turn_have_a_field() {
     assert!(!on_a_rail.campaign.basis.joints.is_empty());
     assert!(on_a_rail.campaign.groups.all.iter().all(|group| match *group {
         Group::Effect(_) => true,
-        Group::Curve { joint, .. } => joint > 0,
-        Group::Angles { joint, of } => joint > 0 && of[0] > 0,
-        Group::Load { joint, angle } => joint > 0 && angle > 0,
+        Group::Joint(JointFunctions::Curve { joint, .. }) => joint > 0,
+        Group::Joint(JointFunctions::Angles { joint, of }) => joint > 0 && of[0] > 0,
+        Group::Joint(JointFunctions::Load { joint, angle }) => joint > 0 && angle > 0,
     }));
     let gantry = of(vec![slide(0.0), slide(FRAC_PI_2), slide(FRAC_PI_2)]).map(drop);
     assert!(gantry.unwrap_err().to_string().starts_with("no joint of 'gantry' turns"));
