@@ -4,6 +4,7 @@ mod adjustment;
 pub mod calibration;
 mod calibration_file;
 mod determined;
+mod error_field_file;
 pub mod fit;
 mod fit_result;
 mod fitted_rows;

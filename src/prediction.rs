@@ -2,9 +2,7 @@
 
 pub(crate) mod at_new_poses;
 mod chance;
-// No verb uses it yet.
-#[cfg_attr(not(test), expect(dead_code))]
-pub(crate) mod field;
+pub mod field;
 pub(crate) mod level;
 mod map;
 mod outside_range;

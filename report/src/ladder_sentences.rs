@@ -190,11 +190,10 @@ fn what_to_use(ladder: &Ladder) -> String {
     match ladder.kind() {
         ChoiceKind::Begin => "the model to begin with".to_owned(),
         ChoiceKind::Steps => "the last step".to_owned(),
-        ChoiceKind::Curves => "the model to begin with and the error curves of all joints".to_owned(),
-        ChoiceKind::StepsAndCurves => "the last step and the error curves of all joints".to_owned(),
-        ChoiceKind::Library => {
-            let effects = ladder.recommendation.choice().added.len();
-            format!("the whole library ({effects} effects, each constrained to the size that the data give it)")
+        ChoiceKind::Field => {
+            let named = ladder.recommendation.choice().added.len() - 1;
+            let beside = if named == 0 { String::new() } else { format!(" (and {named} effects of the set-up)") };
+            format!("the last named model with the field of joint errors{beside}")
         }
     }
 }

@@ -140,6 +140,10 @@ pub struct ErrorField {
     pub effects: Vec<SizedEffect>,
     /// One-sigma before the data of the parameters fitted beside it, in plausible sizes, by name.
     pub widths: BTreeMap<String, f64>,
+    /// Effects of the set-up that were fitted beside it, listed in the model as well.
+    pub beside: Vec<EffectId>,
+    /// Digests of the datasets that it was found from.
+    pub datasets: Vec<String>,
     /// Effective number of parameters, those of the model not counted.
     pub numbers: f64,
 }

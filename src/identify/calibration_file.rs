@@ -6,6 +6,7 @@ mod tables;
 use std::path::Path;
 
 use super::calibration::Calibration;
+use super::error_field_file::ErrorFieldTable;
 use super::own_effects::tables as own_effect_tables;
 use crate::files::FileError;
 use crate::files::disk::write_whole;
@@ -39,6 +40,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         joint_range: c.joint_ranges.iter().enumerate().map(|(i, range)| JointRange::of(i, *range, c.robot.kind(i))).collect(),
         setup: c.setups.iter().map(SetupTable::of).collect(),
         effect: own_effect_tables(&c.model.own, &c.model.effects),
+        error_field: c.model.field.as_ref().map(|field| ErrorFieldTable::of(field)),
         parameter: c.estimates.iter().map(ParameterTable::of).collect(),
         correlation: (0..c.correlation.nrows()).map(|r| (0..=r).map(|k| c.correlation[(r, k)]).collect()).collect(),
     };

@@ -5,13 +5,16 @@ pub use super::own_effects::{OwnEffectTable, OwnMistake};
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use toml_edit::{DocumentMut, Item};
 
 use super::Model;
+use super::error_field_file::ErrorFieldTable;
 use super::own_effects::tables;
 use crate::effects;
+use crate::effects::error_field::ErrorField;
 use crate::effects::own::OwnEffect;
 use crate::effects::{EffectError, EffectId, Subject};
 use crate::files::disk::write_whole;
@@ -34,6 +37,9 @@ struct ModelToml {
     /// User-defined effects.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<OwnEffectTable>,
+    /// The field of joint errors that the effect `error_field` adds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    error_field: Option<ErrorFieldTable>,
 }
 
 /// The schema of this file.
@@ -50,6 +56,8 @@ pub(crate) fn model_schema() -> schemars::Schema {
 pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError> {
     let text = read_text(path)?;
     let file: ModelToml = parse_toml(path, &text)?;
+    let field = field_of(file.error_field, path, &text)?;
+    let subject = &Subject { field: field.as_ref(), ..*subject };
     let (own, effects) =
         check_effects(&EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect }, subject)?;
     for (id, width) in &file.width {
@@ -69,8 +77,16 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
         measured_torques: file.measured_torques,
         width: file.width,
         registry: subject.registry.clone(),
+        field,
         ..Model::default()
     })
+}
+
+/// The field of joint errors of a table `[error_field]`.
+pub(super) fn field_of(table: Option<ErrorFieldTable>, path: &Path, text: &str) -> Result<Option<Arc<ErrorField>>, FileError> {
+    let Some(table) = table else { return Ok(None) };
+    let field = table.field().map_err(|(key, problem, remedy)| field_error(path, text, &key, problem, remedy))?;
+    Ok(Some(Arc::new(field)))
 }
 
 /// A list of effects in a TOML document, and the tables `[[effect]]` beside it.
@@ -165,7 +181,8 @@ fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> 
             None => listed.push(id.whole()),
         }
     }
-    let mut appended = NewTables { width: BTreeMap::new(), effect: &new_tables };
+    let field = model.field.as_ref().filter(|_| old.error_field.is_none()).map(|field| ErrorFieldTable::of(field));
+    let mut appended = NewTables { width: BTreeMap::new(), effect: &new_tables, error_field: field };
     for (id, width) in model.width.iter().filter(|(id, width)| old.width.get(*id) != Some(*width)) {
         match document.get_mut("width").and_then(Item::as_table_like_mut) {
             Some(all) => drop(all.insert(id, toml_edit::value(*width))),
@@ -192,6 +209,8 @@ struct NewTables<'t> {
     width: BTreeMap<&'t str, f64>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     effect: &'t [OwnEffectTable],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_field: Option<ErrorFieldTable>,
 }
 
 /// Writes `model.toml`.
@@ -204,6 +223,7 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
         measured_torques: model.measured_torques,
         width: model.width.clone(),
         effect: tables(&model.own, &model.effects),
+        error_field: model.field.as_ref().map(|field| ErrorFieldTable::of(field)),
     };
     let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
     write_whole(path, text.as_bytes())

@@ -15,6 +15,7 @@ mod evidence;
 mod expected;
 mod gate;
 mod gibbs;
+mod held;
 mod kernels;
 mod left_out;
 #[cfg(test)]
@@ -32,14 +33,18 @@ use thiserror::Error;
 use self::campaign::Campaign;
 use self::condensed::mean_of_all;
 use self::conditional::Conditional;
+pub use self::divisions::Parting;
 use self::divisions::{Measured, divisions, measure};
 use self::expected::{Expected, leverage};
-use self::gate::Gate;
+pub use self::gate::{Condition, Gate, Matter};
+pub(crate) use self::held::HeldField;
+use self::left_out::left_out;
 use self::rows::{Coefficients, Groups, Rows};
 use self::table::{Part, beside, kept, shares};
 use super::workspace::{SEED, at_poses};
 use crate::diagnosis::Examination;
 use crate::effects::EffectId;
+use crate::effects::error_field::ErrorField;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{FitError, Outcome};
@@ -196,21 +201,45 @@ impl Field {
     }
 
     /// The model of an examined fit with this field: its table, and the effects of the set-up that are fitted beside it.
-    pub fn added_to(&self, examination: &Examination) -> Model {
+    pub fn added_to(&self, datasets: &[NamedDataset<'_>], examination: &Examination) -> Model {
         let Field { campaign, alone, with_field, mean, .. } = self;
         let counted = |rows: &Rows, model: &Conditional| {
             let noise = model.sizes.noise_of_rows(rows);
             noise.iter().enumerate().map(|(r, noise)| 1.0 - noise * model.inverse[(r, r)]).sum::<f64>()
         };
-        let numbers = (counted(&campaign.rows, with_field) - counted(&self.rows_alone, alone)).max(0.0);
-        let field = kept(campaign, examination, mean, numbers);
+        let beside = beside(campaign, examination, mean, &with_field.sizes.groups);
+        let field = ErrorField {
+            beside: beside.iter().map(|(effect, _)| effect.clone()).collect(),
+            datasets: digests(datasets),
+            numbers: (counted(&campaign.rows, with_field) - counted(&self.rows_alone, alone)).max(0.0),
+            ..kept(campaign, examination, mean)
+        };
         let mut model = examination.model.with(EffectId::ERROR_FIELD);
-        for (effect, width) in beside(campaign, examination, mean, &with_field.sizes.groups) {
+        for (effect, width) in beside {
             model = model.with(&effect);
             model.width.insert(effect.to_string(), width);
         }
         Model { field: Some(std::sync::Arc::new(field)), only_weighed_orientations: false, ..model }
     }
+
+    /// Squared error of every sample predicted without its part (`folds`), without the field and with it, m²; `None` for what
+    /// cannot be predicted or was not among the samples by which sizes are found.
+    pub fn squares(&self, folds: &[usize]) -> [Vec<Option<f64>>; 2] {
+        let Field { campaign, alone, with_field, .. } = self;
+        let of_chosen: Vec<usize> = campaign.chosen.iter().map(|&s| folds[s]).collect();
+        [alone, with_field].map(|model| {
+            let mut all = vec![None; folds.len()];
+            for (&s, missed) in campaign.chosen.iter().zip(left_out(model, campaign, &of_chosen)) {
+                all[s] = missed.map(|missed| missed.squared);
+            }
+            all
+        })
+    }
+}
+
+/// The digests by which datasets are recognised.
+fn digests(datasets: &[NamedDataset<'_>]) -> Vec<String> {
+    datasets.iter().map(|d| d.dataset.hash.clone()).collect()
 }
 
 /// Mean length of displacements, three rows each.

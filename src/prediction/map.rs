@@ -72,7 +72,9 @@ mod tests {
         let pose = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
         let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
         let poses = vec![pose(0.0, 0.0, 1.0), pose(0.1, 0.0, 3.0), pose(1.0, 2.0, 5.0)];
-        let map = WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0 }.map();
+        let map =
+            WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0, at_least: false }
+                .map();
         assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
         assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
         assert_eq!(map.cells.iter().flatten().flatten().map(|c| c.poses).sum::<usize>(), 3);

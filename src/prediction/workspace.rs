@@ -82,6 +82,9 @@ pub struct WorkspaceError {
     pub poses: Vec<ExpectedError>,
     /// One-sigma of the instrument noise per axis, m, which a measured error would contain as well; zero if unknown.
     pub noise: f64,
+    /// True if nothing that was left out is as far from the rest as these poses are from the campaign: the figures are then
+    /// least ones.
+    pub at_least: bool,
 }
 
 impl WorkspaceError {
@@ -96,7 +99,8 @@ impl WorkspaceError {
     /// // Of a perfect robot an instrument of 10 µm per axis measures its own noise: 2 sqrt(2 / pi) times that, by Maxwell.
     /// let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
     /// # let (ranges_seen, elsewhere, poses) = (None, None, Vec::new());
-    /// let perfect = WorkspaceError { mean: none, max: none, ranges_seen, elsewhere, poses, noise: 10.0 * UM };
+    /// let (noise, at_least) = (10.0 * UM, false);
+    /// let perfect = WorkspaceError { mean: none, max: none, ranges_seen, elsewhere, poses, noise, at_least };
     /// assert!((perfect.mean_as_measured() - 2.0 * (2.0 / PI).sqrt() * 10.0 * UM).abs() < 1e-15);
     /// ```
     pub fn mean_as_measured(&self) -> f64 {
@@ -216,14 +220,7 @@ impl WorkspaceError {
             sum += lengths;
         }
         let [ranges_seen, elsewhere] = parts.map(|draws| (!draws.is_empty()).then(|| Banded::of(draws)));
-        let base_from_world = there.base.pose().inverse();
-        let expected = |(p, q): (usize, &Vec<f64>)| {
-            let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
-            let in_base = base_from_world * Point3::from(tcp);
-            let (radius, height) = (in_base.x.hypot(in_base.y), in_base.z);
-            ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / errors.ncols() as f64 }
-        };
-        let poses = poses.iter().enumerate().map(expected).collect();
+        let poses = expected_errors(&there, poses, |p| sum[p] / errors.ncols() as f64);
         Ok(Some(WorkspaceError {
             mean: Banded::of(means),
             max: Banded::of(maxima),
@@ -231,8 +228,21 @@ impl WorkspaceError {
             elsewhere,
             poses,
             noise: level.noise,
+            at_least: false,
         }))
     }
+}
+
+/// The poses with the error of each, m, in the cell of `there`.
+pub(super) fn expected_errors(there: &Dataset, poses: &[Vec<f64>], error: impl Fn(usize) -> f64) -> Vec<ExpectedError> {
+    let base_from_world = there.base.pose().inverse();
+    let expected = |(p, q): (usize, &Vec<f64>)| {
+        let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
+        let in_base = base_from_world * Point3::from(tcp);
+        let (radius, height) = (in_base.x.hypot(in_base.y), in_base.z);
+        ExpectedError { q: q.clone(), tcp, radius, height, error: error(p) }
+    };
+    poses.iter().enumerate().map(expected).collect()
 }
 
 /// Names the parameters of the first set-up's base and tool that these data do not determine although they contain a
@@ -259,7 +269,7 @@ fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
 }
 
 /// For each pose, true if it lies inside the ranges of the fit: those of its joints and of its TCP position.
-fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<bool> {
+pub(super) fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<bool> {
     let tcp = |q: &[f64]| world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
     let mut box_of_tcp = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for at in &examination.contexts {

@@ -10,6 +10,7 @@ use crate::identify::problem::Use;
 use crate::identify::{Model, identify};
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
+use crate::prediction::field::HeldField;
 
 /// Cross-validated error of one session.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,17 +49,22 @@ pub struct FitScores {
 }
 
 impl FitScores {
-    /// Scores an examined model.
-    pub(crate) fn of(datasets: &[NamedDataset<'_>], model: &Model, examination: &Examination) -> Self {
+    /// Scores an examined model; `field` is the field that it holds, if that was found from these data.
+    pub(crate) fn of(
+        datasets: &[NamedDataset<'_>],
+        model: &Model,
+        examination: &Examination,
+        field: Option<&HeldField>,
+    ) -> Self {
         let calibration = examination.calibration(datasets);
-        let blocks = blocks(examination);
+        let blocks = field.map_or_else(|| blocks(examination), |field| blocks_of_field(examination, field));
         FitScores {
             model: model.clone(),
             fit: examination.fit.rms,
             // A sample that is excluded no longer counts.
             cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
             posture: postures(&examination.contexts).of_samples().to_vec(),
-            sessions: sessions(datasets, model, examination, &blocks),
+            sessions: sessions(datasets, model, examination, &blocks, field.is_some()),
             symptoms: Symptom::of(&calibration, datasets),
             blocks,
             calibration,
@@ -72,6 +78,7 @@ fn sessions(
     model: &Model,
     examination: &Examination,
     blocks: &[(String, f64)],
+    of_all: bool,
 ) -> Vec<SessionError> {
     let setup_of = examination.contexts.iter().map(|at| at.setup);
     let of_session =
@@ -89,7 +96,8 @@ fn sessions(
             posture: Vec::new(),
         })
         .collect();
-    if datasets.len() > 1 && sessions.len() == datasets.len() {
+    // A field was found from all campaigns: none of them can judge it.
+    if datasets.len() > 1 && sessions.len() == datasets.len() && !of_all {
         for (k, session) in sessions.iter_mut().enumerate() {
             if let Some((squares, posture)) = from_others(datasets, model, k) {
                 session.from_others = Some(rms(squares.iter().copied()));
@@ -119,6 +127,22 @@ fn blocks(examination: &Examination) -> Vec<(String, f64)> {
     // The squares are computed whitened; the ratio of residual to whitened squares of the set-up converts them to m².
     let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
     let squares = contexts.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
+    examination.problem.sample_ids().iter().cloned().zip(squares).collect()
+}
+
+/// The same of a model with a field, which was not found from what is predicted. Samples that took no part in finding it count
+/// as the mean of their block.
+fn blocks_of_field(examination: &Examination, field: &HeldField) -> Vec<(String, f64)> {
+    let folds = folds(&examination.contexts);
+    let [_, squares] = field.squares(&folds);
+    let mut means = vec![(0.0, 0.0); folds.iter().max().map_or(0, |f| f + 1)];
+    for (fold, square) in folds.iter().zip(&squares) {
+        if let Some(square) = square {
+            means[*fold] = (means[*fold].0 + square, means[*fold].1 + 1.0);
+        }
+    }
+    let mean = |fold: usize| means[fold].0 / f64::max(means[fold].1, 1.0);
+    let squares = folds.iter().zip(squares).map(|(&fold, square)| square.unwrap_or_else(|| mean(fold)));
     examination.problem.sample_ids().iter().cloned().zip(squares).collect()
 }
 

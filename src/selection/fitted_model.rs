@@ -14,10 +14,12 @@ use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
+use crate::prediction::field::HeldField;
 
 /// A fitted model with its scores.
 pub struct FittedModel {
     examination: Examination,
+    field: Option<HeldField>,
     /// The scores of the fit.
     pub scores: Arc<FitScores>,
 }
@@ -29,7 +31,9 @@ impl FittedModel {
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let examination = Examination::with(datasets, model, Vec::new())?;
-        Ok(FittedModel { scores: Arc::new(FitScores::of(datasets, model, &examination)), examination })
+        let field = HeldField::of_model(datasets, model);
+        let scores = FitScores::of(datasets, model, &examination, field.as_ref());
+        Ok(FittedModel { scores: Arc::new(scores), examination, field })
     }
 
     /// Judges the fit, with the result of [`super::ladder::ladder_step`].
@@ -38,7 +42,7 @@ impl FittedModel {
     /// As [`super::ladder::ladder_step`].
     pub fn judge(self, datasets: &[NamedDataset<'_>], ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
         let examination = self.examination.with_library(datasets)?;
-        judged_rung(datasets, &examination, (*self.scores).clone(), ground)
+        judged_rung(datasets, &examination, (*self.scores).clone(), self.field.as_ref(), ground)
     }
 }
 

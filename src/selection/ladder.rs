@@ -1,6 +1,7 @@
 //! The ladder: effects are added to a model one at a time, the same data are fitted again, and one of the models is
 //! recommended in the end.
 
+mod field;
 mod progress;
 pub(crate) mod step;
 
@@ -21,12 +22,10 @@ use super::objections::Objection;
 use super::recommend::steps::gains_of_each;
 use super::recommend::{Choice, ChoiceKind as Kind, Recommendation, recommend};
 use super::withdrawal::{Contradiction, contradicted};
-use crate::diagnosis::library::Library;
 use crate::effects;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
-use crate::identify::problem::{Use, missing};
 use crate::measure::dataset::NamedDataset;
 
 /// Largest number of steps that are added to the first model.
@@ -187,9 +186,17 @@ fn run<B>(
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
     let bad = steps.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
-    let mut recommendation = recommend(datasets, &examination, [&added, bad], &library(datasets, first, ground))?;
-    let (chosen, other) = choose(datasets, &steps, &recommendation, ground)?;
+    let mut recommendation = recommend(datasets, &examination, [&added, bad])?;
+    let (chosen, mut other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
+    let named = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
+    if let Some((choice, step)) = field::beyond(datasets, named, ground)? {
+        recommendation.choices.push(choice);
+        if step.is_some() {
+            recommendation.chosen = recommendation.choices.len() - 1;
+            other = step;
+        }
+    }
     if let Some(ladder_step) = &other {
         report(observer, Climb::Reached(ladder_step))?;
     }
@@ -358,31 +365,4 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<EffectId> {
     let mut seen = std::collections::BTreeSet::new();
     all.retain(|e| seen.insert(e.clone()));
     all
-}
-
-/// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width
-/// in a fit whose residuals are weighted by the stated noise.
-fn library(datasets: &[NamedDataset<'_>], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
-    if first.diagnosis.verdict.is_noise() {
-        return Vec::new();
-    }
-    let examined = Library::new(datasets, &first.model);
-    let noise = first.diagnosis.relevance.noise.max(f64::MIN_POSITIVE).sqrt();
-    let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
-    // A whole family is omitted, as its members are already included. So are effects whose data a check lacks, as they
-    // cannot be judged there.
-    let twice = |id: &str| examined.candidates.iter().any(|c| c.id.family() == id && c.id != id);
-    widths
-        .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
-        .map(|(c, width)| (c.id.to_string(), width / noise))
-        .collect()
-}
-
-/// True if every check contains the data that an effect needs.
-fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
-    ground.checks.iter().all(|d| {
-        let balls = d.dataset.ball_ids();
-        let subject = model.subject(&d.dataset.robot, &balls);
-        effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), d.dataset, model, Use::All).is_none())
-    })
 }

@@ -75,9 +75,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         climbed.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
     let chosen = climbed.recommended();
     let written = if arguments.whole {
-        let library = climbed.recommendation.of_kind(ChoiceKind::Library);
-        let none = "there is no model of the whole library: nothing is missing, or these data do not determine it";
-        &library.ok_or(none)?.model
+        let field = climbed.recommendation.of_kind(ChoiceKind::Field);
+        let none = "there is no model with a field of joint errors: nothing is missing, or these data do not carry one";
+        &field.ok_or(none)?.model
     } else {
         &chosen.model
     };
@@ -151,6 +151,6 @@ fn narrate(waiting: &Waiting, registry: &Registry, climb: &Climb<'_>) {
             waiting.now("looking for the next step");
         }
         Climb::Refused(..) => {}
-        Climb::Choosing => waiting.begin("choosing between steps, error curves and the whole library"),
+        Climb::Choosing => waiting.begin("choosing between the steps and a field of joint errors"),
     }
 }

@@ -13,7 +13,7 @@ use crate::files::disk::is_file;
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::identify::fit::Outcome;
-use crate::identify::model_file::{EffectList, check_effects};
+use crate::identify::model_file::{EffectList, check_effects, field_of};
 use crate::math::Observability;
 use crate::robot::robot_file::robot;
 use crate::robot::{JointKind, Robot};
@@ -38,7 +38,8 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     reader.check_format()?;
     let robot = reader.robot()?;
     let balls = reader.balls();
-    let subject = Subject::new(&robot, &balls);
+    let field = field_of(reader.file.error_field.clone(), path, &text)?;
+    let subject = Subject { field: field.as_ref(), ..Subject::new(&robot, &balls) };
     let Reader { file, .. } = &reader;
     let list = EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect };
     let (own, effects) = check_effects(&list, &subject)?;
@@ -58,6 +59,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             own,
             measured_torques: file.measured_torques,
             width: file.width.clone(),
+            field: field.clone(),
             ..Model::default()
         },
         estimates,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::super::error_field_file::ErrorFieldTable;
 use super::super::own_effects::OwnEffectTable;
 use crate::identify::calibration::{Calibration, Estimate, MeasuredSetup};
 #[cfg(feature = "schema")]
@@ -56,6 +57,9 @@ pub(super) struct File {
     /// The user-defined effects among them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) effect: Vec<OwnEffectTable>,
+    /// The field of joint errors that the effect `error_field` adds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) error_field: Option<ErrorFieldTable>,
     /// The parameters.
     #[serde(default)]
     pub(super) parameter: Vec<ParameterTable>,

@@ -1,6 +1,8 @@
 //! What the field sees of an examined fit: whitened rows, their levers, and the model's columns with their priors.
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 use super::FieldError;
 use super::basis::{Basis, JointFacts};
@@ -13,8 +15,11 @@ use crate::identify::problem::{Parameter, Prior, SampleContext};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::level::is_noise_overstated;
+use crate::prediction::workspace::{SEED, at_poses};
 use crate::residuals::noise::JointSteps;
 use crate::robot::JointKind;
+use crate::robot::kinematics::world_from_tool;
+use crate::robot::sites::Axis6;
 use crate::units::{MM, MRAD, Unit};
 
 /// Fewest postures of a field: fewer were never studied.
@@ -22,6 +27,15 @@ const LEAST_POSTURES: usize = 20;
 
 /// Largest number of samples by which sizes are found; of more, only every k-th is.
 const MOST_SAMPLES: usize = 400;
+
+/// Most postures of a campaign that say how the arm stands as a whole.
+const MOST_OF_DATUM: usize = 200;
+
+/// A TCP nearer than this to where a ball was probed is on that ball, m.
+const SAME_BALL: f64 = 10.0 * MM;
+
+/// Singular values below this are nothing.
+const LEAST_SINGULAR: f64 = 1e-9;
 
 /// Prior one-sigma about nominal of the tilt between two axes (alpha, beta), rad.
 const TILT: f64 = 4.0 * MRAD;
@@ -213,7 +227,8 @@ impl Campaign {
     /// When there is no sample.
     pub fn there(&self, there: &Dataset, examination: &Examination) -> Result<There, IdentifyError> {
         let at = AtNewPoses::of_the_arm(there, examination)?;
-        let fields = at.fields();
+        let mut fields = at.fields();
+        relative_to_campaign(&mut fields, there, examination)?;
         let contexts = at.plain_contexts();
         let (m, count) = (self.priors.len(), examination.columns.len());
         let mut smooth = fields.columns(0, m).into_owned();
@@ -227,4 +242,59 @@ impl Campaign {
         let samples = (0..contexts.len()).map(|s| 3 * s..3 * s + 3).collect();
         Ok(There { rows: Rows { samples, smooth, effects, levers: columns(levers), functions }, offset })
     }
+}
+
+/// Where nothing in the world is known, a motion of the arm as a whole is no error: takes from the columns `fields` at the points
+/// of `there` the motion of the base that comes nearest to each of them at the postures of the campaign (S-transformation). At a
+/// ball whose place only the arm has told, an error is one from the place that it has told.
+fn relative_to_campaign(fields: &mut DMatrix<f64>, there: &Dataset, examination: &Examination) -> Result<(), IdentifyError> {
+    let setup = &examination.problem.setups()[0];
+    if setup.datum_freedoms.is_empty() {
+        return Ok(());
+    }
+    let step = examination.contexts.len().div_ceil(MOST_OF_DATUM).max(1);
+    let measured: Vec<&SampleContext> = examination.contexts.iter().step_by(step).collect();
+    let joints: Vec<Vec<f64>> = measured.iter().map(|c| c.q.clone()).collect();
+    let own = at_poses(there, examination, &joints, &mut ChaCha8Rng::seed_from_u64(SEED));
+    let mut of_own = AtNewPoses::of_the_arm(&own, examination)?.fields();
+    let [arms, arms_there] = [&own, there].map(|cell| {
+        let tcp = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
+        cell.samples.iter().map(|s| tcp(&s.q) - Vector3::from(setup.start.xyz)).collect::<Vec<Vector3<f64>>>()
+    });
+    let motions = motions(&arms, &setup.datum_freedoms);
+    let nearest = motions.clone().svd(true, true).solve(&of_own, LEAST_SINGULAR);
+    let Ok(nearest) = nearest else { return Ok(()) };
+    *fields -= self::motions(&arms_there, &setup.datum_freedoms) * &nearest;
+    of_own -= motions * nearest;
+    for ball in measured.iter().filter_map(|c| c.free_ball).collect::<std::collections::BTreeSet<usize>>() {
+        let on: Vec<usize> = (0..measured.len()).filter(|&s| measured[s].free_ball == Some(ball)).collect();
+        let count = on.len() as f64;
+        let place = on.iter().map(|&s| arms[s]).sum::<Vector3<f64>>() / count;
+        let mut mean = DMatrix::zeros(3, of_own.ncols());
+        on.iter().for_each(|&s| mean += of_own.rows(3 * s, 3) / count);
+        for p in (0..arms_there.len()).filter(|&p| (arms_there[p] - place).norm() < SAME_BALL) {
+            let mut rows = fields.rows_mut(3 * p, 3);
+            rows -= &mean;
+        }
+    }
+    Ok(())
+}
+
+/// What each of these motions of the base does at points (m) from its origin.
+fn motions(arms: &[Vector3<f64>], axes: &[Axis6]) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(3 * arms.len(), axes.len());
+    for (mut column, axis) in all.column_iter_mut().zip(axes) {
+        for (p, arm) in arms.iter().enumerate() {
+            let moved = match axis {
+                Axis6::X => Vector3::x(),
+                Axis6::Y => Vector3::y(),
+                Axis6::Z => Vector3::z(),
+                Axis6::Rz => Vector3::z().cross(arm),
+                Axis6::Ry => Vector3::y().cross(arm),
+                Axis6::Rx => Vector3::x().cross(arm),
+            };
+            column.fixed_rows_mut::<3>(3 * p).copy_from(&moved);
+        }
+    }
+    all
 }

@@ -25,7 +25,7 @@ const SEED: u64 = 0x0ca1_1bf1;
 
 /// Which parts of a campaign are predicted from the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Parting {
+pub struct Parting {
     pub division: Division,
     /// Number of parts.
     pub count: usize,

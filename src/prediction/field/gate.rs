@@ -21,7 +21,7 @@ const MOST_CHANCE: f64 = 0.05;
 
 /// What a condition is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Matter {
+pub enum Matter {
     /// The error by the field's own covariance over that by the model's.
     OwnRatio,
     /// Gain over its standard error, in a division.
@@ -38,7 +38,7 @@ pub(crate) enum Matter {
 
 /// A condition of the gate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Condition {
+pub struct Condition {
     pub matter: Matter,
     pub found: f64,
     /// The limit, and whether it is a least value.
@@ -63,7 +63,7 @@ impl Condition {
 
 /// The conditions under which a field is used.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Gate {
+pub struct Gate {
     pub conditions: Vec<Condition>,
 }
 

@@ -14,8 +14,8 @@ const LEAST_SIZE: f64 = 1e-4;
 const LEAST_BESIDE: f64 = 0.1;
 
 /// The joint errors, and the effects of the arm, of these coefficients; groups whose coefficients are all nothing are left
-/// out. `numbers` is the effective number of parameters.
-pub(super) fn kept(campaign: &Campaign, examination: &Examination, coefficients: &Coefficients, numbers: f64) -> ErrorField {
+/// out.
+pub(super) fn kept(campaign: &Campaign, examination: &Examination, coefficients: &Coefficients) -> ErrorField {
     let groups = &campaign.groups;
     let (mut terms, mut effects) = (Vec::new(), Vec::new());
     for (g, group) in groups.all.iter().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn kept(campaign: &Campaign, examination: &Examination, coefficients:
         is_free.then(|| (parameter.spec.name.clone(), sigma / parameter.spec.prior))
     };
     let widths = examination.fit.kept.iter().zip(&campaign.priors).filter_map(width).collect();
-    ErrorField { load: campaign.basis.load.clone(), terms, effects, widths, numbers }
+    ErrorField { load: campaign.basis.load.clone(), terms, effects, widths, ..ErrorField::default() }
 }
 
 /// Effects that are fitted beside the field, each with its one-sigma in plausible sizes: those of the set-up, which move the

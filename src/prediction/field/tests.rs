@@ -149,7 +149,7 @@ fn a_joint_that_errs_by_two_angles_is_corrected_and_named() {
     }
     // Fitted again with the field in the model, the robot is predicted as well.
     let examination = known.examined();
-    let model = field.added_to(&examination);
+    let model = field.added_to(&known.named(), &examination);
     let refitted = Examination::new(&known.named(), &model).unwrap();
     let share = refitted.problem().parameters().iter().position(|p| p.effect == EffectId::ERROR_FIELD).unwrap();
     assert!((refitted.fit().values[share] - 1.0).abs() < 1e-3, "{}", refitted.fit().values[share]);
@@ -174,7 +174,7 @@ fn fields_are_the_same_on_one_thread_and_on_two() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let field = Field::of(&known.named(), &examination).unwrap();
-            (field.added_to(&examination), field.divisions.clone(), field.draws[0].clone())
+            (field.added_to(&known.named(), &examination), field.divisions.clone(), field.draws[0].clone())
         })
     };
     let [one, two] = [1, 2].map(on);

@@ -7,6 +7,7 @@ use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::measure::dataset::{NamedDataset, SampleSet};
+use crate::prediction::field::HeldField;
 use crate::prediction::{WorkspaceError, undetermined};
 use crate::residuals::Validation;
 use crate::selection::Objection;
@@ -72,7 +73,19 @@ pub(super) fn examined_rung(
     examination: &Examination,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
-    judged_rung(datasets, examination, FitScores::of(datasets, model, examination), ground)
+    let field = HeldField::of_model(datasets, model);
+    examined_with_field(datasets, model, examination, field.as_ref(), ground)
+}
+
+/// The same with the field that the model holds, found from these data.
+pub(super) fn examined_with_field(
+    datasets: &[NamedDataset<'_>],
+    model: &Model,
+    examination: &Examination,
+    field: Option<&HeldField>,
+    ground: HoldOut<'_>,
+) -> Result<LadderStep, IdentifyError> {
+    judged_rung(datasets, examination, FitScores::of(datasets, model, examination, field), field, ground)
 }
 
 /// The same with the scores of the fit.
@@ -80,10 +93,14 @@ pub(crate) fn judged_rung(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
     scores: FitScores,
+    field: Option<&HeldField>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let diagnosis = diagnose_examined(datasets, examination)?;
-    let workspace = WorkspaceError::predict_with(datasets, examination, ground.poses, ground.worker)?;
+    let workspace = match field {
+        Some(field) => field.workspace(datasets, ground.poses, 1)?,
+        None => WorkspaceError::predict_with(datasets, examination, ground.poses, ground.worker)?,
+    };
     let FitScores { model, calibration, fit, cross_validated, blocks, posture, sessions, symptoms } = scores;
     let has = |set: SampleSet| datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == set));
     let validation =

@@ -1,0 +1,91 @@
+//! The field of joint errors as a choice of a ladder: what no named set of effects explains.
+
+use super::READILY;
+use super::step::{LadderStep, examined_with_field};
+use crate::diagnosis::Examination;
+use crate::diagnosis::folds::{Folds, places_of_balls, postures};
+use crate::effects::EffectId;
+use crate::identify::calibration::IdentifyError;
+use crate::measure::dataset::NamedDataset;
+use crate::prediction::field::HeldField;
+use crate::selection::Objection;
+use crate::selection::hold_out::HoldOut;
+use crate::selection::recommend::{Choice, ChoiceKind, Gain};
+
+/// The field beyond a judged model, with that model fitted where its gate is open and no left-out campaign objects; `None` if the
+/// residual is noise or the data carry no field.
+///
+/// # Errors
+/// When a matrix cannot be factored.
+pub(super) fn beyond(
+    datasets: &[NamedDataset<'_>],
+    below: &LadderStep,
+    ground: HoldOut<'_>,
+) -> Result<Option<(Choice, Option<LadderStep>)>, IdentifyError> {
+    // Nothing is added to a residual that is as small as its noise, where that is known.
+    if (below.diagnosis.verdict.is_noise() && below.diagnosis.lack_of_fit_p.is_some())
+        || below.calibration.unconverged().is_some()
+        || below.model.lists(EffectId::ERROR_FIELD)
+    {
+        return Ok(None);
+    }
+    let held = HeldField::of(datasets, Examination::new(datasets, &below.model)?);
+    if let (Err(e), true) = (&held, std::env::var_os("GATE").is_some()) {
+        eprintln!("NOFIELD {e}");
+    }
+    let Ok(held) = held else { return Ok(None) };
+    let Ok(worth) = held.worth(datasets, ground.poses) else { return Ok(None) };
+    let model = held.model(datasets);
+    let added: Vec<String> = model.effects.iter().filter(|id| !below.model.lists(id)).map(|id| id.whole().to_owned()).collect();
+    let gains = gains(datasets, &held);
+    let is_open = worth.gate.is_open();
+    if std::env::var_os("GATE").is_some() {
+        let t = worth
+            .gate
+            .conditions
+            .iter()
+            .map(|c| format!("{}{:?}={:.3}/{:.2}", if c.holds() { "" } else { "!" }, c.matter, c.found, c.limit))
+            .collect::<Vec<_>>()
+            .join("; ");
+        eprintln!(
+            "GATE open={is_open} h={:.2} before={:.4} after={:.4} {t}",
+            worth.before.leverage,
+            worth.before.level() * 1e3,
+            worth.after.level() * 1e3
+        );
+    }
+    let choice = Choice { kind: ChoiceKind::Field, model, added, gains, gate: Some(worth.gate) };
+    if !is_open {
+        return Ok(Some((choice, None)));
+    }
+    let Some(examination) = Examination::within_steps(datasets, &choice.model, READILY)? else {
+        return Ok(Some((choice, None)));
+    };
+    let step = examined_with_field(datasets, &choice.model, &examination, Some(&held), ground)?;
+    let step = LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..step };
+    let is_taken = !step.objections(below).iter().any(Objection::is_measured_elsewhere);
+    Ok(Some((choice, is_taken.then_some(step))))
+}
+
+/// Gain of the field at left-out postures, one entry per division.
+fn gains(datasets: &[NamedDataset<'_>], held: &HeldField) -> Vec<Gain> {
+    let examination = held.base();
+    let contexts = &examination.contexts;
+    let divided = postures(contexts);
+    let of_posture = divided.of_samples();
+    let means = |squares: &[Option<f64>]| {
+        let mut sums = vec![(0.0, 0.0); divided.count()];
+        for (&posture, square) in of_posture.iter().zip(squares) {
+            if let Some(square) = square {
+                sums[posture] = (sums[posture].0 + square, sums[posture].1 + 1.0);
+            }
+        }
+        sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect::<Vec<Option<f64>>>()
+    };
+    let of = |folds: Folds| {
+        let of_samples: Vec<usize> = of_posture.iter().map(|&p| folds.of[p]).collect();
+        let [before, after] = held.squares(&of_samples).map(|squares| means(&squares));
+        Gain::of(folds.division, &before, &after)
+    };
+    Folds::all(&divided, contexts, &places_of_balls(examination, datasets)).into_iter().filter_map(of).collect()
+}
