@@ -13,6 +13,7 @@ mod conditional;
 mod divisions;
 mod evidence;
 mod expected;
+mod forecast;
 mod gate;
 mod gibbs;
 mod held;
@@ -34,8 +35,9 @@ use self::campaign::Campaign;
 use self::condensed::mean_of_all;
 use self::conditional::Conditional;
 pub use self::divisions::Parting;
-use self::divisions::{Measured, divisions, measure};
+use self::divisions::{Divided, Measured, divisions, measure};
 use self::expected::{Expected, leverage};
+pub(crate) use self::forecast::expected_of_model;
 pub use self::gate::{Condition, Gate, Matter};
 pub(crate) use self::held::HeldField;
 use self::left_out::left_out;
@@ -124,31 +126,51 @@ pub(crate) struct Worth {
     pub corrected: Vec<Vector3<f64>>,
 }
 
+/// A campaign explained by its model alone, and the divisions that measure it.
+struct Alone {
+    campaign: Campaign,
+    rows: Rows,
+    model: Conditional,
+    divided: Vec<Divided>,
+}
+
+impl Alone {
+    /// Conditions the model of an examined fit.
+    ///
+    /// # Errors
+    /// When the fit did not converge or there are too few postures.
+    fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
+        if examination.fit.outcome != Outcome::Converged {
+            return Err(FieldError::NotConverged);
+        }
+        let campaign = Campaign::of(datasets, examination)?;
+        let rows = campaign.rows.of_model();
+        let weights = evidence::weights(&rows, &campaign.y)?;
+        let model = evidence::of_model(&rows, &campaign.y, &weights, campaign.stated)?;
+        let divided = divisions(datasets, examination, &campaign);
+        Ok(Alone { campaign, rows, model, divided })
+    }
+}
+
 impl Field {
     /// Explains an examined fit; the same data give the same field on any number of threads.
     ///
     /// # Errors
     /// When the fit did not converge or the data do not carry a field.
     pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FieldError> {
-        if examination.fit.outcome != Outcome::Converged {
-            return Err(FieldError::NotConverged);
-        }
-        let campaign = Campaign::of(datasets, examination)?;
+        let Alone { campaign, rows: rows_alone, model: mut alone, divided } = Alone::of(datasets, examination)?;
         let Campaign { rows, y, groups, stated, .. } = &campaign;
-        let rows_alone = rows.of_model();
-        let weights = evidence::weights(&rows_alone, y)?;
-        let mut alone = evidence::of_model(&rows_alone, y, &weights, *stated)?;
+        let weights = &alone.sizes.weights;
         let (with_field, mut mean, draws) = if rows.samples.len() <= MOST_SAMPLED {
             let sampled = gibbs::sample(rows, groups, y, *stated, gibbs::SEED)?;
             (conditioned(&campaign, sampled.sizes)?, sampled.mean, sampled.draws)
         } else {
-            let found = evidence::of_groups(rows, groups, y, &weights, *stated)?;
+            let found = evidence::of_groups(rows, groups, y, weights, *stated)?;
             let random = &mut ChaCha8Rng::seed_from_u64(gibbs::SEED);
             let draws = (0..DRAWS).map(|_| found.draw(rows, groups, y, random)).collect();
             let mean = found.mean.clone();
             (found, mean, draws)
         };
-        let divided = divisions(datasets, examination, &campaign);
         let divisions = measure(&divided, &campaign, [&alone, &with_field]);
         if examination.contexts.len() > rows.samples.len() {
             alone.mean = mean_of_all(examination, &campaign, (&rows_alone, &Groups::default()), &alone.sizes)?;

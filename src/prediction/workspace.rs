@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::at_new_poses::AtNewPoses;
+use super::field::expected_of_model;
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
 use super::worker::Worker;
@@ -190,6 +191,9 @@ impl WorkspaceError {
         else {
             return Ok(None);
         };
+        if let Some(measured) = expected_of_model(datasets, examination, poses)? {
+            return Ok(Some(measured));
+        }
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
         let posterior = Posterior::of(datasets, examination, worker)?;

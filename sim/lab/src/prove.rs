@@ -98,7 +98,8 @@ impl Case<'_> {
         let geometry = identify(&fitted, &Model::geometry()).and_then(|c| errors(&c)).ok().flatten();
         let rms = |v: &Option<Validation>| v.as_ref().map_or(f64::NAN, |v| v.rms / MM);
         let postures = [Postures::of(&fitted, |s| Use::Fit.takes(s)).count(), Postures::of(&judged, takes).count()];
-        let predicted = [first, advised].map(|r| r.workspace.as_ref().map(WorkspaceError::mean_as_measured));
+        let predicted =
+            [first, advised].map(|r| r.workspace.as_ref().filter(|w| !w.at_least).map(WorkspaceError::mean_as_measured));
         let over = |k: usize| {
             let measured = measured[k].as_ref().filter(|_| postures[1] >= LEAST_JUDGED)?;
             Some(predicted[k]? / measured.mean)

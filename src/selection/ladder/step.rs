@@ -98,7 +98,7 @@ pub(crate) fn judged_rung(
 ) -> Result<LadderStep, IdentifyError> {
     let diagnosis = diagnose_examined(datasets, examination)?;
     let workspace = match field {
-        Some(field) => field.workspace(datasets, ground.poses, 1)?,
+        Some(field) => field.workspace(datasets, ground.poses)?,
         None => WorkspaceError::predict_with(datasets, examination, ground.poses, ground.worker)?,
     };
     let FitScores { model, calibration, fit, cross_validated, blocks, posture, sessions, symptoms } = scores;
