@@ -74,7 +74,7 @@ mod tests {
 
     fn expected() -> WorkspaceError {
         let mean = Banded { expected: 0.2e-3, low: 0.15e-3, high: 0.3e-3 };
-        WorkspaceError { mean, max: mean, ranges_seen: None, elsewhere: None, poses: Vec::new(), noise: 0.0 }
+        WorkspaceError { mean, max: mean, ranges_seen: None, elsewhere: None, poses: Vec::new(), noise: 0.0, at_least: false }
     }
 
     #[test]

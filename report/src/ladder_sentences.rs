@@ -1,6 +1,7 @@
 //! A ladder in words: each step as it is reached, the objections to it, the reason for stopping, and the model to use.
 
 use super::effect_names::{all_called, called, each_called};
+use super::field::{shares_sentence, unused_sentence};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
 use super::printout::Printout;
 use super::recommended::Recommended;
@@ -190,11 +191,8 @@ fn what_to_use(ladder: &Ladder) -> String {
     match ladder.kind() {
         ChoiceKind::Begin => "the model to begin with".to_owned(),
         ChoiceKind::Steps => "the last step".to_owned(),
-        ChoiceKind::Field => {
-            let named = ladder.recommendation.choice().added.len() - 1;
-            let beside = if named == 0 { String::new() } else { format!(" (and {named} effects of the set-up)") };
-            format!("the last named model with the field of joint errors{beside}")
-        }
+        ChoiceKind::Field if ladder.steps.len() > 1 => "the last step with the field of joint errors".to_owned(),
+        ChoiceKind::Field => "the model to begin with and the field of joint errors".to_owned(),
     }
 }
 
@@ -226,14 +224,21 @@ pub fn advice(ladder: &Ladder) -> String {
         [] => String::new(),
         ids => format!(" Excluded as disagreeing with all others: {}.", ids.join(", ")),
     };
-    format!("Use {what}: {}.{aside}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
+    let field = ladder.recommendation.of_kind(ChoiceKind::Field).and_then(|choice| choice.field.as_ref());
+    let of_field = field.and_then(|field| match ladder.kind() {
+        ChoiceKind::Field => Some(shares_sentence(&ladder.first().model.registry, field)),
+        _ => unused_sentence(&field.gate),
+    });
+    let of_field = of_field.map_or(String::new(), |sentence| format!(" {sentence}"));
+    format!("Use {what}: {}.{aside}{of_field}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
 }
 
 /// Warns if the recommended model is expected to be worse over the workspace, although it is better where it was
 /// measured; the expectation mostly comes true.
 fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
     let of = |ladder_step: &LadderStep| Some(ladder_step.workspace.as_ref()?.mean.expected / MM);
-    let (before, after) = (of(ladder.first())?, of(ladder.recommended())?);
+    // The gate of a field has compared the two at the very same poses.
+    let (before, after) = (of(ladder.first())?, of(ladder.recommended()).filter(|_| ladder.kind() != ChoiceKind::Field)?);
     (after > before * (1.0 + WORTH_A_WORD)).then(|| {
         format!(
             " WARNING: over the workspace its error is expected to be larger, {after:.3} mm instead of {before:.3} mm: use it only where the campaign \
@@ -261,7 +266,7 @@ pub fn choices_text(ladder: &Ladder) -> Printout {
     let table = plain_table(["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], rows);
     Printout::from(table)
         + format!(
-            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual.",
+            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual; a field of joint errors if it meets all its conditions.",
             WORKSPACE.name
         )
 }

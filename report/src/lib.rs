@@ -9,6 +9,7 @@ mod diagnosis_sentences;
 mod disagreement;
 pub mod documents;
 mod effect_names;
+mod field;
 mod figures;
 mod finding_notes;
 mod fleet;

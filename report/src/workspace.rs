@@ -44,8 +44,13 @@ impl Forecast {
 
     /// The prediction in a sentence.
     pub fn sentence(&self) -> String {
+        let least = if self.error.at_least {
+            " These poses are farther from the data than any that were left out: the figures are least ones."
+        } else {
+            ""
+        };
         format!(
-            "{}: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md says how far to trust them); at {}.",
+            "{}: mean {}, largest {} (in brackets 10 to 90 % of what is to be expected; docs/comparing.md says how far to trust them); at {}.{least}",
             capital(WORKSPACE.name),
             banded(&self.error.mean),
             banded(&self.error.max),

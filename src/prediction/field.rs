@@ -26,7 +26,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
@@ -42,7 +42,8 @@ pub use self::gate::{Condition, Gate, Matter};
 pub(crate) use self::held::HeldField;
 use self::left_out::left_out;
 use self::rows::{Coefficients, Groups, Rows};
-use self::table::{Part, beside, kept, shares};
+pub use self::table::{FieldPart, FieldShare};
+use self::table::{beside, kept, shares};
 use super::workspace::{SEED, at_poses};
 use crate::diagnosis::Examination;
 use crate::effects::EffectId;
@@ -113,17 +114,14 @@ pub(crate) struct Field {
 /// What a field is worth at given postures.
 #[derive(Debug, Clone)]
 pub(crate) struct Worth {
-    /// The error to expect of the model alone, and of the model with its field.
+    /// The error to expect of the model alone.
     pub before: Expected,
+    /// The error to expect of the model with its field.
     pub after: Expected,
+    /// Whether the field is to be used there.
     pub gate: Gate,
-    /// What the divisions of the campaign measure.
-    pub divisions: Vec<Measured>,
     /// Shares of the correction there, the largest first; they sum to 1.
-    pub shares: Vec<(Part, f64)>,
-    /// Displacement that the model alone, and the model with its field, add to the prediction of the fit, m.
-    pub alone: Vec<Vector3<f64>>,
-    pub corrected: Vec<Vector3<f64>>,
+    pub shares: Vec<FieldShare>,
 }
 
 /// A campaign explained by its model alone, and the divisions that measure it.
@@ -207,19 +205,7 @@ impl Field {
         let drawn = truths.column_iter().map(|truth| [&by_alone, &by_field].map(|model| mean_length(&(truth - model))));
         let drawn: Vec<[f64; 2]> = drawn.collect();
         let gate = Gate::of([&before, &after], divisions, &drawn);
-        let displacements = |by: DVector<f64>| -> Vec<Vector3<f64>> {
-            let moved = by + &there.offset;
-            (0..poses.len()).map(|p| moved.fixed_rows::<3>(3 * p).into_owned()).collect()
-        };
-        Ok(Worth {
-            before,
-            after,
-            gate,
-            divisions: divisions.clone(),
-            shares: shares(campaign, &there, &self.mean),
-            alone: displacements(by_alone),
-            corrected: displacements(by_field),
-        })
+        Ok(Worth { before, after, gate, shares: shares(campaign, examination, &there, &self.mean) })
     }
 
     /// The model of an examined fit with this field: its table, and the effects of the set-up that are fitted beside it.

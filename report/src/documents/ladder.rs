@@ -1,4 +1,4 @@
-//! `calibench-ladder/2`, printed by `ladder`.
+//! `calibench-ladder/3`, printed by `ladder`.
 
 use calibench::selection;
 use calibench::selection::ladder::{RefusedStep, StopReason};
@@ -7,9 +7,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, joined};
+use crate::field::{shares_sentence, unused_sentence};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
-format_tag!(LadderFormat, "calibench-ladder/2");
+format_tag!(LadderFormat, "calibench-ladder/3");
 
 /// One of the compared models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,8 +21,24 @@ pub struct Choice {
     pub added: Vec<String>,
     /// True if it predicts postures left out better than the first model, beyond chance.
     pub convinces: bool,
-    /// Gains over the first model.
+    /// Gains over the first model; of a field of joint errors, over the model that it is added to.
     pub gains: Vec<Gain>,
+    /// The field of joint errors; only with one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field: Option<Field>,
+}
+
+/// A field of joint errors at the poses where the robot is to work.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Field {
+    /// True if it is to be used there.
+    pub used: bool,
+    /// What it consists of, or why it is not used.
+    pub why: String,
+    /// Mean error to expect without it, noise included, mm.
+    pub before_mm: f64,
+    /// Mean error to expect with it, noise included, mm.
+    pub after_mm: f64,
 }
 
 /// The recommended model.
@@ -95,7 +112,14 @@ pub struct Ladder {
 
 impl Choice {
     fn of(choice: &selection::recommend::Choice) -> Self {
+        let field = |field: &selection::recommend::FieldChoice| Field {
+            used: field.gate.is_open(),
+            why: unused_sentence(&field.gate).unwrap_or_else(|| shares_sentence(&choice.model.registry, field)),
+            before_mm: field.expected[0] / MM,
+            after_mm: field.expected[1] / MM,
+        };
         Choice {
+            field: choice.field.as_ref().map(field),
             kind: choice.kind.name().into(),
             added: choice.added.clone(),
             convinces: choice.convinces(),

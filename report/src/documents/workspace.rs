@@ -53,6 +53,9 @@ pub struct Workspace {
     pub max_mm: f64,
     /// Its 10-90 % band, mm.
     pub max_band_mm: [f64; 2],
+    /// True if the poses are so far from the data that the figures are least ones; otherwise not there.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub at_least: bool,
     /// Number of poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<usize>,
@@ -112,6 +115,7 @@ impl Workspace {
         Workspace {
             ranges_seen: w.ranges_seen.as_ref().map(ExpectedPart::of),
             elsewhere: w.elsewhere.as_ref().map(ExpectedPart::of),
+            at_least: w.at_least,
             mean_mm: mean.expected_mm,
             mean_band_mm: mean.expected_band_mm,
             max_mm: max.expected_mm,

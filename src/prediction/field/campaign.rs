@@ -98,10 +98,9 @@ pub(super) struct Campaign {
     pub priors: Vec<[f64; 2]>,
 }
 
-/// Rows of the campaign's coefficients elsewhere, m, and what the fit's parameters do there at the means of their priors.
+/// Rows of the campaign's coefficients elsewhere, m.
 pub(super) struct There {
     pub rows: Rows,
-    pub offset: DVector<f64>,
 }
 
 /// Levers and functions of these samples; `height` rows of each are of its position.
@@ -232,15 +231,13 @@ impl Campaign {
         let contexts = at.plain_contexts();
         let (m, count) = (self.priors.len(), examination.columns.len());
         let mut smooth = fields.columns(0, m).into_owned();
-        let mut offset = DVector::zeros(fields.nrows());
-        for (mut column, [sigma, mean]) in smooth.column_iter_mut().zip(&self.priors) {
-            offset.axpy(*mean, &column, 1.0);
+        for (mut column, [sigma, _]) in smooth.column_iter_mut().zip(&self.priors) {
             column *= *sigma;
         }
         let effects = fields.columns(m, count).into_owned();
         let [levers, functions] = moved(&self.basis, &contexts, fields.nrows(), |s| 3 * s);
         let samples = (0..contexts.len()).map(|s| 3 * s..3 * s + 3).collect();
-        Ok(There { rows: Rows { samples, smooth, effects, levers: columns(levers), functions }, offset })
+        Ok(There { rows: Rows { samples, smooth, effects, levers: columns(levers), functions } })
     }
 }
 

@@ -26,6 +26,7 @@ const SEED: u64 = 0x0ca1_1bf1;
 /// Which parts of a campaign are predicted from the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parting {
+    /// Kind of division.
     pub division: Division,
     /// Number of parts.
     pub count: usize,

@@ -21,6 +21,7 @@ const MOST_CHANCE: f64 = 0.05;
 
 /// What a condition is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Matter {
     /// The error by the field's own covariance over that by the model's.
     OwnRatio,
@@ -39,10 +40,13 @@ pub enum Matter {
 /// A condition of the gate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
+    /// What it is about.
     pub matter: Matter,
+    /// The value found.
     pub found: f64,
-    /// The limit, and whether it is a least value.
+    /// The limit.
     pub limit: f64,
+    /// True if the value has to exceed it, false if it must not.
     pub is_least: bool,
 }
 
@@ -64,6 +68,7 @@ impl Condition {
 /// The conditions under which a field is used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gate {
+    /// All of them.
     pub conditions: Vec<Condition>,
 }
 

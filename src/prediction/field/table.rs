@@ -67,33 +67,60 @@ fn is_of_arm(examination: &Examination, candidate: usize) -> bool {
     parameter.owner == Owner::Robot && !parameter.through
 }
 
-/// What a share of the correction is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Part {
-    /// An effect of the catalogue, by its index in the library.
-    Effect(usize),
+/// What a share of the correction is of. Joints are counted from 0.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum FieldPart {
+    /// An effect of the catalogue.
+    Effect(EffectId),
     /// A joint by its own angle.
-    Curve { joint: usize },
+    Curve {
+        /// The joint that errs.
+        joint: usize,
+    },
     /// A joint by two angles.
-    Angles { joint: usize, of: [usize; 2] },
+    Angles {
+        /// The joint that errs.
+        joint: usize,
+        /// The joints whose angles it follows.
+        of: [usize; 2],
+    },
     /// A joint by its load and an angle.
-    Load { joint: usize, angle: usize },
+    Load {
+        /// The joint that errs.
+        joint: usize,
+        /// The joint whose angle it follows as well.
+        angle: usize,
+    },
 }
 
-impl Part {
-    fn of(group: Group) -> Self {
-        match group {
-            Group::Effect(k) => Part::Effect(k),
-            Group::Joint(JointFunctions::Curve { joint, .. }) => Part::Curve { joint },
-            Group::Joint(JointFunctions::Angles { joint, of }) => Part::Angles { joint, of },
-            Group::Joint(JointFunctions::Load { joint, angle }) => Part::Load { joint, angle },
-        }
+/// A part of the correction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldShare {
+    /// The part.
+    pub part: FieldPart,
+    /// Its share of the squared correction; negative if it undoes what others do.
+    pub share: f64,
+}
+
+/// The part to which a group belongs.
+fn part(group: Group, examination: &Examination) -> FieldPart {
+    match group {
+        Group::Effect(k) => FieldPart::Effect(examination.library.candidates[k].id.clone()),
+        Group::Joint(JointFunctions::Curve { joint, .. }) => FieldPart::Curve { joint },
+        Group::Joint(JointFunctions::Angles { joint, of }) => FieldPart::Angles { joint, of },
+        Group::Joint(JointFunctions::Load { joint, angle }) => FieldPart::Load { joint, angle },
     }
 }
 
 /// Shares of what the groups move at given postures, the largest first: inner product of each with the sum of all, over the square
 /// of that. They sum to 1; what another part undoes has a negative one.
-pub(super) fn shares(campaign: &Campaign, there: &There, coefficients: &Coefficients) -> Vec<(Part, f64)> {
+pub(super) fn shares(
+    campaign: &Campaign,
+    examination: &Examination,
+    there: &There,
+    coefficients: &Coefficients,
+) -> Vec<FieldShare> {
     let groups = &campaign.groups;
     let moved = |g: usize| match groups.place(g) {
         Some((joint, span)) => there.rows.applied_part(joint, span, coefficients),
@@ -109,14 +136,14 @@ pub(super) fn shares(campaign: &Campaign, there: &There, coefficients: &Coeffici
     if square == 0.0 {
         return Vec::new();
     }
-    let mut all: Vec<(Part, f64)> = Vec::new();
+    let mut all: Vec<FieldShare> = Vec::new();
     for (group, own) in groups.all.iter().zip(&each) {
-        let (part, share) = (Part::of(*group), own.dot(&sum) / square);
-        match all.iter_mut().find(|(known, _)| *known == part) {
-            Some((_, known)) => *known += share,
-            None => all.push((part, share)),
+        let one = FieldShare { part: part(*group, examination), share: own.dot(&sum) / square };
+        match all.iter_mut().find(|known| known.part == one.part) {
+            Some(known) => known.share += one.share,
+            None => all.push(one),
         }
     }
-    all.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }

@@ -121,10 +121,20 @@ impl Known {
         let field = Field::of(&self.named(), &examination).unwrap();
         let worth = field.worth(&self.named(), &examination, &self.poses).unwrap();
         let missed = self.missed_by(&examination);
-        let left = |moved: &[Vector3<f64>]| {
-            moved.iter().zip(&missed).map(|(by, missed)| (missed - by).norm()).sum::<f64>() / missed.len() as f64
+        let random = &mut ChaCha8Rng::seed_from_u64(SEED);
+        let there = field.campaign.there(&at_poses(&self.data, &examination, &self.poses, random), &examination).unwrap();
+        // What the fit's parameters do there at the means of their priors.
+        let mut offset = DVector::zeros(there.rows.count());
+        for (column, [sigma, mean]) in there.rows.smooth.column_iter().zip(&field.campaign.priors) {
+            offset.axpy(mean / sigma, &column, 1.0);
+        }
+        let left = |moved: DVector<f64>| {
+            let moved = moved + &offset;
+            let each = missed.iter().enumerate().map(|(p, missed)| (missed - moved.fixed_rows::<3>(3 * p)).norm());
+            each.sum::<f64>() / missed.len() as f64
         };
-        let left = [left(&worth.alone), left(&worth.corrected)];
+        let alone = there.rows.of_model().applied(&field.alone.mean);
+        let left = [left(alone), left(there.rows.applied(&field.mean))];
         (field, worth, left)
     }
 }
@@ -139,8 +149,8 @@ fn a_joint_that_errs_by_two_angles_is_corrected_and_named() {
     let (field, worth, [before, after]) = known.judged();
     assert!(worth.gate.is_open(), "{:?}", worth.gate);
     assert!(after < 0.6 * before, "{before} {after}");
-    assert_eq!(worth.shares[0].0, Part::Angles { joint: 0, of: [0, 2] });
-    assert!(worth.shares[0].1 > 0.7 && (worth.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-9);
+    assert_eq!(worth.shares[0].part, FieldPart::Angles { joint: 0, of: [0, 2] });
+    assert!(worth.shares[0].share > 0.7 && (worth.shares.iter().map(|s| s.share).sum::<f64>() - 1.0).abs() < 1e-9);
     // What is said holds the truth: the instrument's noise is in it.
     for (said, true_error) in [(worth.before, before), (worth.after, after)] {
         let measured = true_error.hypot(1.6 * NOISE);
@@ -245,7 +255,7 @@ fn an_unknown_ball_left_out_is_judged_about_its_own_place() {
     let examination = known.examined();
     let field = Field::of(&known.named(), &examination).unwrap();
     let worth = field.worth(&known.named(), &examination, &known.poses).unwrap();
-    let of = |division: Division| worth.divisions.iter().find(|d| d.parting.division == division).unwrap();
+    let of = |division: Division| field.divisions.iter().find(|d| d.parting.division == division).unwrap();
     let (random, places) = (of(Division::Random), of(Division::Places));
     assert_eq!(places.parting.count, 4);
     // Nothing but noise: where the ball is, is no error, and no frame that defines the world is uncertain.

@@ -10,7 +10,7 @@ use crate::measure::dataset::NamedDataset;
 use crate::prediction::field::HeldField;
 use crate::selection::Objection;
 use crate::selection::hold_out::HoldOut;
-use crate::selection::recommend::{Choice, ChoiceKind, Gain};
+use crate::selection::recommend::{Choice, ChoiceKind, FieldChoice, Gain};
 
 /// The field beyond a judged model, with that model fitted where its gate is open and no left-out campaign objects; `None` if the
 /// residual is noise or the data carry no field.
@@ -29,32 +29,15 @@ pub(super) fn beyond(
     {
         return Ok(None);
     }
-    let held = HeldField::of(datasets, Examination::new(datasets, &below.model)?);
-    if let (Err(e), true) = (&held, std::env::var_os("GATE").is_some()) {
-        eprintln!("NOFIELD {e}");
-    }
-    let Ok(held) = held else { return Ok(None) };
+    let Ok(held) = HeldField::of(datasets, Examination::new(datasets, &below.model)?) else { return Ok(None) };
     let Ok(worth) = held.worth(datasets, ground.poses) else { return Ok(None) };
     let model = held.model(datasets);
     let added: Vec<String> = model.effects.iter().filter(|id| !below.model.lists(id)).map(|id| id.whole().to_owned()).collect();
     let gains = gains(datasets, &held);
     let is_open = worth.gate.is_open();
-    if std::env::var_os("GATE").is_some() {
-        let t = worth
-            .gate
-            .conditions
-            .iter()
-            .map(|c| format!("{}{:?}={:.3}/{:.2}", if c.holds() { "" } else { "!" }, c.matter, c.found, c.limit))
-            .collect::<Vec<_>>()
-            .join("; ");
-        eprintln!(
-            "GATE open={is_open} h={:.2} before={:.4} after={:.4} {t}",
-            worth.before.leverage,
-            worth.before.level() * 1e3,
-            worth.after.level() * 1e3
-        );
-    }
-    let choice = Choice { kind: ChoiceKind::Field, model, added, gains, gate: Some(worth.gate) };
+    let expected = [&worth.before, &worth.after].map(|expected| expected.level());
+    let field = FieldChoice { gate: worth.gate, shares: worth.shares, expected };
+    let choice = Choice { kind: ChoiceKind::Field, model, added, gains, field: Some(field) };
     if !is_open {
         return Ok(Some((choice, None)));
     }

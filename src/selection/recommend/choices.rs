@@ -10,7 +10,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
-use crate::prediction::field::Gate;
+use crate::prediction::field::{FieldShare, Gate};
 
 /// Kind of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,16 +46,27 @@ pub struct Choice {
     /// Gain over the first model at postures that were not fitted, one entry per division; for the first model itself,
     /// its own errors.
     pub gains: Vec<Gain>,
-    /// The conditions under which a field of joint errors is used; `None` for other models.
-    pub gate: Option<Gate>,
+    /// What is known of its field of joint errors; `None` for other models.
+    pub field: Option<FieldChoice>,
+}
+
+/// A field of joint errors at the poses where the robot is to work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldChoice {
+    /// The conditions under which it is used.
+    pub gate: Gate,
+    /// Shares of its correction, the largest first.
+    pub shares: Vec<FieldShare>,
+    /// Mean error to expect without it and with it, noise of the instrument included, m.
+    pub expected: [f64; 2],
 }
 
 impl Choice {
     /// True if it is better than the first model in every division, or is that model itself; a field of joint errors, if its
     /// gate is open.
     pub fn convinces(&self) -> bool {
-        match (&self.gate, self.kind) {
-            (Some(gate), _) => gate.is_open(),
+        match (&self.field, self.kind) {
+            (Some(field), _) => field.gate.is_open(),
             (None, Kind::Begin) => true,
             (None, _) => !self.gains.is_empty() && self.gains.iter().all(Gain::convinces),
         }
@@ -148,7 +159,7 @@ pub fn recommend(
             model = model.with(id);
             added.push(id.to_string());
         }
-        Choice { kind, model, added, gains, gate: None }
+        Choice { kind, model, added, gains, field: None }
     };
     let choices: Vec<Choice> = held.into_iter().zip(gains).map(choice).collect();
     let mut all = Recommendation { choices, chosen: 0, aside, postures };

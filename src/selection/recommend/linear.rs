@@ -126,17 +126,6 @@ impl<'a> Linear<'a> {
         self.rows.ncols() - aside
     }
 
-    /// Effective number of parameters of a choice: the trace of its hat matrix, from the inner products `all` of all
-    /// rows.
-    pub fn effective(&self, all: &DMatrix<f64>, choice: &Choice) -> Result<f64, FitError> {
-        let (mut factor, scale) = self.factored(all, choice)?;
-        let m = choice.columns.len();
-        let mut inverse = DMatrix::zeros(m, m);
-        factor.inverse(&mut inverse);
-        let held = |k: usize| inverse[(k, k)] * scale[k] * scale[k] * choice.information[k];
-        Ok(m as f64 - (0..m).map(held).sum::<f64>())
-    }
-
     /// Scales and factors the normal matrix of a choice, from inner products of rows. Also returns the scale.
     fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<(linalg::Cholesky, DVector<f64>), FitError> {
         let m = choice.columns.len();
