@@ -2,6 +2,7 @@
 
 pub(crate) mod linalg;
 mod observability;
+pub(crate) mod positive_definite;
 mod rms;
 pub(crate) mod simd;
 pub(crate) mod sincos;

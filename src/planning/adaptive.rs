@@ -124,7 +124,7 @@ impl Adaptive {
         let planned = Dataset { samples: waiting.to_vec(), ..self.cell.clone() };
         let plan = Examination::of_plan(&planned, &self.model)?;
         self.first = (plan.fitted.len() / 3 + SPARE).min(waiting.len());
-        let chosen = first_choice(&plan, self.first);
+        let chosen = first_choice(&plan, self.first)?;
         self.ahead = names(&chosen, waiting);
         self.reached.clear();
         Ok(())

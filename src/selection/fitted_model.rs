@@ -29,7 +29,7 @@ impl FittedModel {
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let examination = Examination::with(datasets, model, Vec::new())?;
-        Ok(FittedModel { scores: Arc::new(FitScores::of(datasets, model, &examination)), examination })
+        Ok(FittedModel { scores: Arc::new(FitScores::of(datasets, model, &examination)?), examination })
     }
 
     /// Judges the fit, with the result of [`super::ladder::ladder_step`].

@@ -179,6 +179,7 @@ fn mean_run(weight: f64, limit: f64) -> f64 {
     };
     let stays = DMatrix::from_fn(count, count, |i, j| f64::from(u8::from(i == j)) - to(i, j));
     let runs = stays.lu().solve(&DVector::from_element(count, 1.0));
+    // Singular if the average never leaves.
     runs.map_or(f64::INFINITY, |runs| runs[STATES])
 }
 

@@ -198,7 +198,7 @@ pub fn power_of_check(
         return Err(CheckError::Nothing);
     }
     let ends = ends(&seen);
-    let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)), ends);
+    let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)?), ends);
     let mut powers = vec![Power { condition: Condition::Valid, at: vec![simulated(&evidence, None, 0.0)] }];
     for index in 0..evidence.count() {
         let (condition, _) = evidence.basis(index);

@@ -171,11 +171,7 @@ impl Products {
             raw.push(DMatrix::from_fn(columns.len(), columns.len(), |r, c| weight * product[(columns[r], columns[c])]));
         }
         along -= cross.tr_mul(&solved.solution);
-        let mut half = cross;
-        for (mut row, scale) in half.row_iter_mut().zip(&solved.scale) {
-            row *= *scale;
-        }
-        solved.factor.whiten(&mut half);
+        let half = solved.factor.half(cross);
         let mut left = -linalg::product_of_transposed(&half, &half);
         for (place, own) in raw.iter().enumerate() {
             for r in 0..columns.len() {

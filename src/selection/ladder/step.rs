@@ -72,7 +72,7 @@ pub(super) fn examined_rung(
     examination: &Examination,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
-    judged_rung(datasets, examination, FitScores::of(datasets, model, examination), ground)
+    judged_rung(datasets, examination, FitScores::of(datasets, model, examination)?, ground)
 }
 
 /// The same with the scores of the fit.
