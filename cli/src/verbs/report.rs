@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::effects::registry::Registry;
 use calibench::files::disk::write_whole;
 use calibench::identify::Model;
 use calibench::identify::calibration::{IdentifyError, read_calibration};
@@ -157,7 +158,7 @@ fn passed(case: Case, force: bool, json: bool) -> Result<Case, Failure> {
 fn open_run(run: &Path) -> Result<Case, Failure> {
     let result = Run::read(run)?;
     let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
-    let calibration = read_calibration(&run.join("trical.toml"))?;
+    let calibration = read_calibration(&run.join("trical.toml"), Registry::catalogue())?;
     // Other verbs use the default model without a file.
     let ordinary = calibration.model == Model::default_for(&dataset);
     Ok(Case {

@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use super::super::{FittedRows, Model};
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
+use crate::effects::registry::Registry;
 use crate::effects::{self, EffectId, Subject};
 use crate::files::disk::is_file;
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
@@ -28,17 +29,18 @@ const AGAIN: &str = "identify the robot again, and write the calibration again";
 /// A field, what is wrong with it, and the remedy.
 type Wrong = (&'static str, String, String);
 
-/// Reads a calibration; a robot given by a path is looked up beside the file.
+/// Reads a calibration, the effects of which are of the families of `registry`; a robot given by a path is looked up beside the
+/// file.
 ///
 /// # Errors
 /// A single error that names file, line, key and remedy.
-pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
+pub fn read_calibration(path: &Path, registry: &Registry) -> Result<Calibration, FileError> {
     let text = read_text(path)?;
     let reader = Reader { path, text: &text, file: parse_toml(path, &text)? };
     reader.check_format()?;
     let robot = reader.robot()?;
     let balls = reader.balls();
-    let subject = Subject::new(&robot, &balls);
+    let subject = Subject { registry, ..Subject::new(&robot, &balls) };
     let Reader { file, .. } = &reader;
     let list = EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect };
     let (own, effects) = check_effects(&list, &subject)?;
@@ -58,6 +60,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             own,
             measured_torques: file.measured_torques,
             width: file.width.clone(),
+            registry: registry.clone(),
             ..Model::default()
         },
         estimates,
