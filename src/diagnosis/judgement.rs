@@ -20,7 +20,7 @@ use crate::residuals::noise_floor::chi2_chance;
 use crate::residuals::{noise_left, unexplained};
 
 /// An effect is missing if the probability that none is missing is below this; noise alone causes that in less than one
-/// case of a hundred.
+/// case of a hundred (decision 0012).
 const NOTHING: f64 = 0.05;
 
 /// Probability of the credible set.

@@ -21,13 +21,13 @@ use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 use crate::measure::poses::PlannedPose;
 use crate::prediction::{Banded, WORKSPACE_POSES, WorkspaceError, workspace_poses};
 
-/// Samples between two predictions.
+/// Samples between two predictions (decision 0036).
 const BATCH: usize = 4;
 
 /// Samples before the first prediction, beyond those that the unknowns need at least.
 const SPARE: usize = 5;
 
-/// Number of successive predictions that must be as good as requested.
+/// Number of successive predictions that must be as good as requested (docs/adaptive.md).
 pub const LOOKS: usize = 4;
 
 /// Precision that a campaign has reached.

@@ -19,10 +19,10 @@ use crate::math::linalg;
 use crate::measure::dataset::NamedDataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Probability that a robot of the fleet is judged not to belong to it.
+/// Probability that a robot of the fleet is judged not to belong to it (decision 0040).
 pub const CONFLICT: f64 = 0.01;
 
-/// Ratio of the one-sigmas of the wide prior to those of the fleet's.
+/// Ratio of the one-sigmas of the wide prior to those of the fleet's (decision 0040).
 const WIDE: f64 = 10.0;
 
 /// Degrees of freedom that a stated noise is worth.
@@ -97,7 +97,7 @@ pub fn identify_with_fleet(
     Ok((calibrated(datasets, model, &FleetPrior { noise, ..catalogue })?, judged))
 }
 
-/// Factor by which the sizes of the catalogue are widened where they replace a fleet.
+/// Factor by which the sizes of the catalogue are widened where they replace a fleet (docs/fleets.md).
 const CATALOGUE: f64 = 3.0;
 
 /// A fit with a prior.

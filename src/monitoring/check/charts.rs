@@ -14,10 +14,10 @@ use super::conditions::Elementary;
 use super::{CheckError, CheckReference};
 use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 
-/// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci).
+/// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci 1990).
 const NEWEST: f64 = 0.2;
 
-/// Mean number of checks until any of the charts signals while nothing changes.
+/// Mean number of checks until any of the charts signals while nothing changes (docs/check.md).
 pub const RUN_LENGTH: f64 = 200.0;
 
 /// States of the Markov chain on either side of zero.

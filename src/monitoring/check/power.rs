@@ -18,7 +18,7 @@ use crate::robot::{JointKind, Robot};
 /// Checks simulated for each condition and size.
 const TRIALS: usize = 400;
 
-/// Probability with which a check shows what it is said to show.
+/// Probability with which a check shows what it is said to show (docs/check.md).
 pub const SHOWN: f64 = 0.95;
 
 /// Checks simulated for each size that may be the smallest shown.

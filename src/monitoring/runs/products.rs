@@ -16,7 +16,8 @@ const ROUNDS: usize = 3;
 /// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
 const OWN_NOISE_FROM: f64 = 15.0;
 
-/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed.
+/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed
+/// (decision 0039).
 const PARTS: usize = 2;
 
 /// A run is halved only if it has so many scalar residuals for each parameter of the arm.

@@ -20,11 +20,11 @@ use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::DEG;
 
 /// One-sigma of the geometry of a real arm about its drawing, in plausible sizes of the catalogue, which are those of a
-/// well assembled arm.
+/// well assembled arm (docs/importing.md).
 const ILL_ASSEMBLED: f64 = 6.0;
 /// One-sigma of joint errors once and twice per turn, in plausible sizes of the catalogue.
 const ILL_GEARED: f64 = 2.0;
-/// One-sigma of a joint's deflection at the largest torque of all joints, rad.
+/// One-sigma of a joint's deflection at the largest torque of all joints, rad (docs/importing.md).
 const DEFLECTION: f64 = 2e-3;
 /// Reach for which the lengths of the catalogue are plausible, m: that of the KR 6.
 pub(super) const REACH_OF_CATALOGUE: f64 = 0.7;

@@ -5,17 +5,17 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::diagnosis::folds::Division;
 
-/// Smallest gain that counts, as a share of the mean square.
+/// Smallest gain that counts, as a share of the mean square (decision 0025).
 const LEAST_GAIN: f64 = 0.05;
 
 /// Largest loss that counts as harmless when whole places are left out, as a share of the mean square.
 const LEAST_HARM: f64 = 0.02;
 
 /// Two-sided significance level of a gain: two standard errors of the paired differences with many postures, and more
-/// with few, by Student's t distribution. One standard error has proved too little.
+/// with few, by Student's t distribution. One standard error has proved too little (decision 0025).
 const CHANCE: f64 = 0.0455;
 
-/// Squares are clipped at this multiple of their median, so that a few bad postures decide nothing.
+/// Squares are clipped at this multiple of their median, so that a few bad postures decide nothing (decision 0025).
 const CLIP: f64 = 3.0;
 
 /// The 95th percentile may not grow by more than this share.
