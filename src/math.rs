@@ -3,10 +3,11 @@
 pub(crate) mod linalg;
 mod observability;
 pub(crate) mod positive_definite;
-mod rms;
 pub(crate) mod simd;
 pub(crate) mod sincos;
+mod statistics;
 
 pub use linalg::LinalgError;
 pub use observability::Observability;
-pub use rms::rms;
+pub(crate) use statistics::quantile;
+pub use statistics::{nearest_rank, rms};
