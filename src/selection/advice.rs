@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::hold_out::HoldOut;
-use super::ladder::{Climb, LadderStep, RefusedStep, next_step, step};
+use super::ladder::{LadderProgress, LadderStep, RefusedStep, next_step, step};
 use super::objections::Objection;
 use crate::diagnosis::Verdict;
 use crate::identify::calibration::IdentifyError;
@@ -69,8 +69,8 @@ impl Advice {
         if let Some(to_do) = without_step {
             return Ok(Advice { to_do, step: None, refused });
         }
-        let next = next_step::<Infallible>(datasets, below, ground, &mut |climb| {
-            if let Climb::Refused(step) = climb {
+        let next = next_step::<Infallible>(datasets, below, ground, &mut |progress| {
+            if let LadderProgress::Refused(step) = progress {
                 refused.push(step.clone());
             }
             ControlFlow::Continue(())

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use progress::{Interrupted, Observer, report, unobserved};
 
-pub use progress::Climb;
+pub use progress::LadderProgress;
 pub use step::{LadderStep, add, ladder_step, step};
 
 use super::hold_out::HoldOut;
@@ -143,7 +143,7 @@ pub fn observed_ladder<B>(
     datasets: &[NamedDataset<'_>],
     model: &Model,
     ground: HoldOut<'_>,
-    observer: &mut dyn FnMut(Climb<'_>) -> ControlFlow<B>,
+    observer: &mut dyn FnMut(LadderProgress<'_>) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Ladder>, IdentifyError> {
     match run(datasets, model, ground, observer) {
         Ok(ladder) => Ok(ControlFlow::Continue(ladder)),
@@ -159,7 +159,7 @@ fn run<B>(
     observer: &mut Observer<'_, B>,
 ) -> Result<Ladder, Interrupted<B>> {
     let mut steps = vec![ladder_step(datasets, model, ground)?];
-    report(observer, Climb::Reached(&steps[0]))?;
+    report(observer, LadderProgress::Reached(&steps[0]))?;
     let top = loop {
         let below = &steps[steps.len() - 1];
         if below.diagnosis.verdict.is_noise() {
@@ -174,13 +174,13 @@ fn run<B>(
         }
         match next_step(datasets, below, ground, observer)? {
             Ok(next) => {
-                report(observer, Climb::Reached(&next))?;
+                report(observer, LadderProgress::Reached(&next))?;
                 steps.push(*next);
             }
             Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
-    report(observer, Climb::Choosing)?;
+    report(observer, LadderProgress::Choosing)?;
     let first = &steps[0];
     let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
@@ -191,7 +191,7 @@ fn run<B>(
     let (chosen, other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     if let Some(ladder_step) = &other {
-        report(observer, Climb::Reached(ladder_step))?;
+        report(observer, LadderProgress::Reached(ladder_step))?;
     }
     let first = &steps[0];
     let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
@@ -225,8 +225,8 @@ fn choose(
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
         }
-        let climbed = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
-        let reached = match climbed {
+        let known = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
+        let reached = match known {
             Some(_) => None,
             None => match readily_fitted(datasets, &choice.model, ground) {
                 Some(ladder_step) => {
@@ -235,7 +235,7 @@ fn choose(
                 None => continue,
             },
         };
-        let Some(taken) = reached.as_ref().or(climbed) else { continue };
+        let Some(taken) = reached.as_ref().or(known) else { continue };
         // If the first fit did not converge, a choice must also improve the error when it is refitted without each
         // block in turn.
         if taken.calibration.unconverged().is_some()
@@ -293,7 +293,7 @@ pub(super) fn next_step<B>(
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
-        report(observer, Climb::Trying(&suspects))?;
+        report(observer, LadderProgress::Trying(&suspects))?;
         let objections = match add(datasets, below, &suspects, ground) {
             Ok(next) => {
                 let mut objections = next.objections(below);
@@ -306,7 +306,7 @@ pub(super) fn next_step<B>(
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
         let refused = RefusedStep { effects: suspects.clone(), objections };
-        report(observer, Climb::Refused(&refused))?;
+        report(observer, LadderProgress::Refused(&refused))?;
         tried.push(refused);
     }
     let mut effects = candidates(&below.diagnosis);
@@ -326,7 +326,7 @@ pub(super) fn next_step<B>(
     }
     for k in order {
         let effect = [effects[k].to_string()];
-        report(observer, Climb::Trying(&effect))?;
+        report(observer, LadderProgress::Trying(&effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
             None => match add(datasets, below, &effect, ground) {
@@ -341,7 +341,7 @@ pub(super) fn next_step<B>(
             },
         };
         let refused = RefusedStep { effects: effect.to_vec(), objections };
-        report(observer, Climb::Refused(&refused))?;
+        report(observer, LadderProgress::Refused(&refused))?;
         tried.push(refused);
     }
     Ok(Err(tried))
