@@ -341,7 +341,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
         kept.changes.retain(|change| change.effect != effect.effect);
         kept.changes.push(RunChange {
             when: Pattern::Only(run).words(names),
-            effect: effect.effect.to_string(),
+            effect: effect.effect.clone(),
             parameters: Vec::new(),
             weights: vec![(names[run].to_owned(), 1.0)],
         });

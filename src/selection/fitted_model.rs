@@ -10,7 +10,7 @@ use super::objections::{Compared, Objection, Scored};
 use super::recommend::Gain;
 use super::recommend::steps::gains;
 use crate::diagnosis::Examination;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -58,7 +58,7 @@ impl FitScores {
     /// expected over the workspace, which refuses no step, is not looked at.
     pub fn objections(
         &self,
-        added: &[String],
+        added: &[EffectId],
         gains: &[Gain],
         before: &FitScores,
         below: Option<&LadderStep>,
@@ -69,7 +69,7 @@ impl FitScores {
 }
 
 /// True if a step can be judged only after the diagnosis of the model before it, which may advise it.
-pub fn needs_diagnosis(added: &[String]) -> bool {
+pub fn needs_diagnosis(added: &[EffectId]) -> bool {
     added.iter().any(|effect| effects::catalogue::set_aside_by(effect).is_some())
 }
 

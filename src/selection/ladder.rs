@@ -67,7 +67,7 @@ pub enum StopReason {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefusedStep {
     /// The effects that it would add, as ids: one, or all samples that disagree with the others.
-    pub effects: Vec<String>,
+    pub effects: Vec<EffectId>,
     /// The objections to it.
     pub objections: Vec<Objection>,
 }
@@ -182,7 +182,7 @@ fn run<B>(
     };
     report(observer, LadderProgress::Choosing)?;
     let first = &steps[0];
-    let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
+    let added: Vec<EffectId> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
@@ -325,7 +325,7 @@ pub(super) fn next_step<B>(
         order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
     }
     for k in order {
-        let effect = [effects[k].to_string()];
+        let effect = [effects[k].clone()];
         report(observer, LadderProgress::Trying(&effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],

@@ -8,8 +8,8 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 
 use calibench::compensate::{Compensator, Task};
 use calibench::diagnosis::Examination;
-use calibench::effects::Subject;
 use calibench::effects::registry::Registry;
+use calibench::effects::{EffectId, Subject};
 use calibench::files::{FileError, with_reasons};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
@@ -232,14 +232,15 @@ impl Bench {
         if added.is_empty() {
             return Ok(Vec::new());
         }
-        let below = if needs_diagnosis(added) { Some(self.judged()?.page_model) } else { None };
+        let added: Vec<EffectId> = added.iter().map(EffectId::from).collect();
+        let below = if needs_diagnosis(&added) { Some(self.judged()?.page_model) } else { None };
         let mut state = self.state();
         let Some(scores) = state.set_mut(before).map(|set| set.scores.clone()) else { return Ok(Vec::new()) };
         let Some(set) = state.set_mut(after) else { return Ok(Vec::new()) };
         if set.gains_over(&before.model).is_none() {
             set.gains.push((before.model.clone(), gains.to_vec()));
         }
-        Ok(set.scores.objections(added, gains, &scores, below.as_ref().map(|p| &p.ladder_step)))
+        Ok(set.scores.objections(&added, gains, &scores, below.as_ref().map(|p| &p.ladder_step)))
     }
 
     /// The answer to an action: true if it was done, the objections to it, and the figures of the fit before and after; the

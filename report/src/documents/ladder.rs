@@ -6,7 +6,7 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, joined};
+use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, ids, joined};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
 format_tag!(LadderFormat, "calibench-ladder/2");
@@ -97,7 +97,7 @@ impl Choice {
     fn of(choice: &selection::recommend::Choice) -> Self {
         Choice {
             kind: choice.kind.name().into(),
-            added: choice.added.clone(),
+            added: ids(&choice.added),
             convinces: choice.convinces(),
             gains: choice.gains.iter().map(Gain::of).collect(),
         }

@@ -4,13 +4,14 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{LadderStep, RefusedStep};
+use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 
 /// Progress of a ladder, for observers.
 #[derive(Debug)]
 pub enum LadderProgress<'a> {
     /// Effects are being added, in one step, to the model of the last step.
-    Trying(&'a [String]),
+    Trying(&'a [EffectId]),
     /// That step was refused.
     Refused(&'a RefusedStep),
     /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.

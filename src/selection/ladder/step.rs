@@ -3,6 +3,7 @@
 use crate::diagnosis::Examination;
 use crate::diagnosis::Symptom;
 use crate::diagnosis::{Diagnosis, diagnose_examined};
+use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
@@ -20,7 +21,7 @@ use crate::selection::{FitScores, SessionError};
 #[derive(Debug, Clone)]
 pub struct LadderStep {
     /// Effects added to the model before it; empty for the first.
-    pub added: Vec<String>,
+    pub added: Vec<EffectId>,
     /// The model.
     pub model: Model,
     /// Residual, rms in 3-D, m.
@@ -149,7 +150,7 @@ impl LadderStep {
 pub fn add(
     datasets: &[NamedDataset<'_>],
     below: &LadderStep,
-    effects: &[String],
+    effects: &[EffectId],
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let model = effects.iter().fold(below.model.clone(), |model, effect| model.with(effect));
@@ -164,7 +165,7 @@ pub fn step(
     datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     model: &Model,
-    added: Vec<String>,
+    added: Vec<EffectId>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let gains = gains(datasets, &below.model, model)?;

@@ -8,7 +8,7 @@ use super::rule::Gain;
 use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -54,7 +54,7 @@ pub struct Choice {
     /// The model.
     pub model: Model,
     /// Effects added to the first model.
-    pub added: Vec<String>,
+    pub added: Vec<EffectId>,
     /// Gain over the first model at postures that were not fitted, one entry per division; for the first model itself,
     /// its own errors.
     pub gains: Vec<Gain>,
@@ -121,18 +121,18 @@ type Held = Vec<(usize, f64)>;
 pub fn recommend(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
-    [steps, bad]: [&[String]; 2],
+    [steps, bad]: [&[EffectId]; 2],
     library: &[(String, f64)],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
     let divisions = postures(&examination.contexts);
     let postures = divisions.count();
-    let plain: Vec<&String> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
+    let plain: Vec<&EffectId> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
     let candidates = Candidates::new(examination, postures, &plain, library);
     let wide = examination.beside(datasets, candidates.all.clone())?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
-        linear.aside[sample] = steps.contains(&effects::catalogue::setting_aside(id));
+        linear.aside[sample] = steps.contains(&effects::catalogue::setting_aside(id).into());
     }
 
     let judged_elsewhere = stands_somewhere(examination) || Folds::of_places(&divisions, &linear.places).is_some();
@@ -144,8 +144,10 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in
-            aside.iter().map(|id| effects::catalogue::setting_aside(id)).filter(|id| kind != Kind::Begin || bad.contains(id))
+        for id in aside
+            .iter()
+            .map(|id| EffectId::from(effects::catalogue::setting_aside(id)))
+            .filter(|id| kind != Kind::Begin || bad.contains(id))
         {
             model = model.with(&id);
         }
@@ -156,7 +158,7 @@ pub fn recommend(
             if !is_ordinary {
                 model.width.insert(id.to_string(), information.sqrt().recip());
             }
-            added.push(id.to_string());
+            added.push(id.clone());
         }
         Choice { kind, model, added, gains }
     };
@@ -175,16 +177,20 @@ struct Candidates {
 }
 
 impl Candidates {
-    fn new(examination: &Examination, postures: usize, steps: &[&String], library: &[(String, f64)]) -> Self {
+    fn new(examination: &Examination, postures: usize, steps: &[&EffectId], library: &[(String, f64)]) -> Self {
         let begin = examination.model();
         let bands = curves::bands(examination.problem().robot().joints(), postures);
         // Bands come first: an effect of a step or of the library may be one of them, and their indices must stay one
         // range.
-        let ids = bands.iter().chain(steps.iter().copied()).chain(library.iter().map(|(id, _)| id));
+        let ids = bands
+            .iter()
+            .map(EffectId::from)
+            .chain(steps.iter().copied().cloned())
+            .chain(library.iter().map(|(id, _)| id.into()));
         let mut all: Vec<Candidate> = Vec::new();
         for id in ids {
-            if !all.iter().any(|c| c.id == *id) {
-                all.push(Candidate::new(id.clone()));
+            if !all.iter().any(|c| c.id == id) {
+                all.push(Candidate::new(id));
             }
         }
         let place = |id: &str| all.iter().position(|c| c.id == id).unwrap_or_default();
