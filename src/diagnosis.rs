@@ -194,7 +194,7 @@ impl Diagnosis {
     }
 
     /// The effects that exclude all suspect samples.
-    pub fn without_suspects(&self) -> Vec<String> {
+    pub fn without_suspects(&self) -> Vec<EffectId> {
         all_aside(&self.scatter.suspects)
     }
 
@@ -217,8 +217,8 @@ impl Finding {
 }
 
 /// The effects that exclude these samples.
-fn all_aside(suspects: &[Suspect]) -> Vec<String> {
-    suspects.iter().map(|s| effects::catalogue::setting_aside(&s.sample)).collect()
+fn all_aside(suspects: &[Suspect]) -> Vec<EffectId> {
+    suspects.iter().map(|s| effects::catalogue::setting_aside(&s.sample).into()).collect()
 }
 
 /// Formats the place of a hypothesis for people.

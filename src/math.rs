@@ -2,10 +2,12 @@
 
 pub(crate) mod linalg;
 mod observability;
-mod rms;
+pub(crate) mod positive_definite;
 pub(crate) mod simd;
 pub(crate) mod sincos;
+mod statistics;
 
 pub use linalg::LinalgError;
 pub use observability::Observability;
-pub use rms::rms;
+pub(crate) use statistics::quantile;
+pub use statistics::{nearest_rank, rms};

@@ -115,7 +115,7 @@ fn finite(x: f64) -> Option<f64> {
 }
 
 /// The ids of the effects of one step, in one text.
-pub(crate) fn joined(effects: &[String]) -> String {
+pub(crate) fn joined(effects: &[EffectId]) -> String {
     effects.join(" and ")
 }
 

@@ -2,6 +2,7 @@
 
 use calibench::diagnosis::Finding;
 use calibench::diagnosis::hypotheses::Moment;
+use calibench::effects::EffectId;
 use calibench::effects::facts::Alias;
 use calibench::effects::family::Scan;
 use calibench::effects::registry::Registry;
@@ -43,7 +44,7 @@ pub(super) fn moment_words(m: &Moment) -> String {
 }
 
 /// The most recent finding, in the diagnoses of earlier steps, of each effect that a step adds.
-pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl Iterator<Item = &'a Finding> {
+pub(super) fn found<'a>(added: &'a [EffectId], below: &'a [&LadderStep]) -> impl Iterator<Item = &'a Finding> {
     let named = |ladder_step: &&'a LadderStep, effect: &str| {
         ladder_step.diagnosis.findings.iter().find(|f| f.hypothesis.in_model == effect)
     };
@@ -52,7 +53,7 @@ pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl I
 
 /// Notes on the effects `added`, one line each: the time of a step and the effects aliased with it; `below` holds the
 /// earlier steps in order.
-pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
+pub fn added_sentences(added: &[EffectId], below: &[&LadderStep]) -> Vec<String> {
     let Some(last) = below.last() else { return Vec::new() };
     let registry = &last.model.registry;
     let one = |f: &Finding| {

@@ -115,7 +115,7 @@ pub(super) fn ladder_step_words(ladder_step: &LadderStep) -> String {
 }
 
 /// The effects added in one step, worded alike everywhere; if there are many, their number.
-pub(super) fn added_words(added: &[String]) -> String {
+pub(super) fn added_words(added: &[EffectId]) -> String {
     let samples = added.iter().filter(|effect| effects::catalogue::set_aside_by(effect).is_some()).count();
     match added {
         few if few.len() <= 3 => few.join(" + "),
@@ -201,7 +201,7 @@ pub fn planned_sentence(planned: &Planned) -> String {
     let ladder = &planned.ladder;
     let what = match ladder.kind() {
         ChoiceKind::Steps => {
-            let added: Vec<String> = ladder.steps.iter().skip(1).flat_map(|step| step.added.iter().cloned()).collect();
+            let added: Vec<EffectId> = ladder.steps.iter().skip(1).flat_map(|step| step.added.iter().cloned()).collect();
             format!("the last step of the ladder, with {}", all_called(&ladder.first().model.registry, &added))
         }
         _ => what_to_use(ladder),

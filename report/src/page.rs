@@ -55,8 +55,8 @@ pub struct PageSubject<'a> {
     pub commands: Recommended,
     /// The directory from which to give them; empty for the one in which the report was requested.
     pub commands_from: String,
-    /// Climb the whole ladder, which takes seconds, instead of computing the next step only.
-    pub climb: bool,
+    /// Run the whole ladder, which takes seconds, instead of computing the next step only.
+    pub whole_ladder: bool,
     /// The campaign as carried out, if known.
     pub campaign: Option<&'a CampaignRecord>,
     /// Pictures of the cell, if drawn.

@@ -133,7 +133,7 @@ pub fn wider_sentence(c: &Calibration) -> String {
 const WIDER: f64 = 1.05;
 
 /// Parameters of some effects, with one-sigma.
-pub fn parameter_rows(c: &Calibration, effects: &[String]) -> Table {
+pub fn parameter_rows(c: &Calibration, effects: &[EffectId]) -> Table {
     let row = |e: &Estimate| {
         let d = decimals(e.unit.from_si(e.sigma));
         let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));

@@ -19,15 +19,15 @@ use crate::robot::statics::Payload;
 use crate::robot::{FramePose, Pose};
 use crate::units::DEG;
 
-/// Tolerance for meeting a target with the identified arm, m and rad: a thousandth of an encoder step.
+/// Tolerance for meeting a target with the identified arm, m and rad: a thousandth of an encoder step (docs/compensation.md).
 const MET: [f64; 2] = [1e-9; 2];
 
 /// Below this smallest singular value (m/rad, see [`dexterity`]) a target is near a singularity: for a KR 6 R700 |A5| of
-/// some 6 deg.
+/// some 6 deg (docs/compensation.md).
 pub const NEAR_SINGULAR: f64 = 0.02;
 
 /// Largest rotation of a joint from the nominal solution, rad, that identified deviations can cause; a larger one means a
-/// change of configuration or a singularity.
+/// change of configuration or a singularity (docs/compensation.md).
 const LARGEST_TURN: f64 = 30.0 * DEG;
 
 /// Smallest distance of a reachable TCP from the robot's root, as a share of the sum of its lengths.

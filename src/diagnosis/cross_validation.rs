@@ -10,8 +10,10 @@ use rayon::prelude::*;
 
 use super::examination::Examination;
 use crate::identify::BACKGROUND_WIDTH;
+use crate::identify::fit::FitError;
 use crate::identify::problem::SampleContext;
 use crate::math::linalg;
+use crate::math::positive_definite::ScaledCholesky;
 
 /// Number of folds, if there are enough samples.
 const FOLDS: usize = 10;
@@ -19,6 +21,9 @@ const FOLDS: usize = 10;
 /// Share of the information on a combination of parameters, left when a fold is left out, below which it is tied to its
 /// value.
 const TIED: f64 = 1e-3;
+
+/// Added to the unit diagonal of a normal matrix: the square root of the rounding of a sum of products.
+const RIDGE: f64 = 1e-9;
 
 /// Fold of each sample: `FOLDS` runs per session, in the order of the file. Where ball positions are unknown, each ball
 /// is split separately as well, since nothing predicts a ball without any fitted sample. A posture is never split: its
@@ -41,12 +46,22 @@ pub(crate) fn folds(contexts: &[SampleContext]) -> Vec<usize> {
 
 /// Cross-validated, whitened sum of squares of each sample. The model is the fitted one plus the columns `beside` of
 /// the examination, which have a prior of ordinary size. It is linearised about the fit.
-pub(crate) fn cross_validated(examination: &Examination, folds: &[usize], beside: std::ops::Range<usize>) -> Vec<f64> {
+///
+/// # Errors
+/// When an inner product is not finite.
+pub(crate) fn cross_validated(
+    examination: &Examination,
+    folds: &[usize],
+    beside: std::ops::Range<usize>,
+) -> Result<Vec<f64>, FitError> {
     missed(examination, folds, beside, |at| at.height)
 }
 
 /// As [`cross_validated`], of the positions alone.
-pub(crate) fn cross_validated_positions(examination: &Examination, folds: &[usize]) -> Vec<f64> {
+///
+/// # Errors
+/// As [`cross_validated`].
+pub(crate) fn cross_validated_positions(examination: &Examination, folds: &[usize]) -> Result<Vec<f64>, FitError> {
     missed(examination, folds, 0..0, |at| at.positions)
 }
 
@@ -56,7 +71,7 @@ fn missed(
     folds: &[usize],
     beside: std::ops::Range<usize>,
     height: fn(&SampleContext) -> usize,
-) -> Vec<f64> {
+) -> Result<Vec<f64>, FitError> {
     let Examination { rows, fitted, columns, contexts, problem, fit, .. } = examination;
     let (m, n) = (fitted.len(), columns.len());
     let chosen: Vec<usize> = (0..m).chain(beside.map(|k| m + k)).chain([m + n]).collect();
@@ -94,20 +109,18 @@ fn missed(
     (m..size).for_each(|k| all[(k, k)] += unit / (BACKGROUND_WIDTH * BACKGROUND_WIDTH));
     // Scaled, so that millimetres and microradians have equal weight. What hardly anything but the left-out fold
     // determines stays at its value: its error would say nothing of the model.
-    let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
+    let scale = |k: usize| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt();
     let step_without = |own: &DMatrix<f64>| {
         let train = &all - own;
-        let mut normal = DMatrix::from_fn(size, size, |r, c| (train[(r, c)] + TIED * all[(r, c)]) * scale[r] * scale[c]);
-        (0..size).for_each(|k| normal[(k, k)] += 1e-9);
-        let mut factor = linalg::Cholesky::new(size);
-        factor.factor(&normal).ok()?;
-        let mut step = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);
-        factor.solve_in_place(step.as_mut_slice());
-        Some(step.component_mul(&scale))
+        let mut factor = ScaledCholesky::new(size);
+        factor.factor(scale, |r, c| train[(r, c)] + TIED * all[(r, c)], |_, _| RIDGE)?;
+        let mut step = train.column(size).rows(0, size).into_owned();
+        factor.solve_in_place(&mut step);
+        Ok(step)
     };
-    let steps: Vec<Option<DVector<f64>>> = of_fold.par_iter().map(step_without).collect();
+    let steps = of_fold.par_iter().map(step_without).collect::<Result<Vec<DVector<f64>>, FitError>>()?;
     let square = |(at, &fold): (&SampleContext, &usize)| {
-        let Some(step) = &steps[fold] else { return f64::INFINITY };
+        let step = &steps[fold];
         let left = |k: usize| {
             let row = rows.column(at.first_row + k);
             let taken: f64 = chosen[..size].iter().zip(step).map(|(&c, s)| row[c] * s).sum();
@@ -115,5 +128,5 @@ fn missed(
         };
         (0..height(at)).map(left).sum()
     };
-    contexts.iter().zip(folds).map(square).collect()
+    Ok(contexts.iter().zip(folds).map(square).collect())
 }

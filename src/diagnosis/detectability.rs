@@ -16,7 +16,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::Dataset;
 use crate::units::Unit;
 
-/// Probability that noise alone raises an alarm for any of the candidates.
+/// Probability that noise alone raises an alarm for any of the candidates (docs/next.md).
 const LEVEL: f64 = 0.05;
 
 /// Probability that an effect of the smallest detectable size is noticed.

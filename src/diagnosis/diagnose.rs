@@ -58,7 +58,7 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = judged(datasets, examination)?;
-    let suspects = suspects_of(datasets, &examination.problem, &examination.fit);
+    let suspects = suspects_of(datasets, &examination.problem, &examination.fit)?;
     if suspects.is_empty() {
         return Ok(diagnosis);
     }

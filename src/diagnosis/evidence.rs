@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Sizes over which a candidate is averaged, one sigma in plausible sizes: a decade either side of 1.
+/// Sizes over which a candidate is averaged, one sigma in plausible sizes: a decade either side of 1 (decision 0012).
 pub(crate) const SIZES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
 /// Factors are multiplied until their product is larger than this.

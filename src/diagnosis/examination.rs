@@ -14,6 +14,7 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::fit::{Fit, FitError, Outcome, fit};
 use crate::identify::problem::{Problem, SampleContext, Use};
 use crate::math::linalg;
+use crate::math::positive_definite::{self, ScaledCholesky};
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::NoiseScale;
 use crate::residuals::noise_floor::NoiseFloor;
@@ -290,23 +291,25 @@ impl Examination {
 
     /// Posterior mean and covariance of a candidate's coefficients, in plausible sizes, for a prior of `width`
     /// plausible sizes and whitened residuals of variance `unit`.
-    pub(crate) fn posterior(&self, candidate: usize, width: f64, unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+    ///
+    /// # Errors
+    /// When an inner product is not finite: with a prior, the precision is positive definite.
+    pub(crate) fn posterior(&self, candidate: usize, width: f64, unit: f64) -> Result<(DVector<f64>, DMatrix<f64>), FitError> {
         let Span { first, count } = self.spans[candidate];
         let precision =
             self.gram.view((first, first), (count, count)) / unit + DMatrix::identity(count, count) / (width * width);
-        // With a prior, it is positive definite.
-        let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * width * width);
-        (&covariance * self.z.rows(first, count) / unit, covariance)
+        let covariance = positive_definite::inverse(precision)?;
+        Ok((&covariance * self.z.rows(first, count) / unit, covariance))
     }
 
     /// True if `other` is nearly aliased with `candidate`: it leaves less than `share` of what `candidate` explains.
-    pub(crate) fn is_near_alias(&self, candidate: usize, other: usize, share: f64) -> bool {
+    pub(crate) fn is_near_alias(&self, candidate: usize, other: usize, share: f64) -> Result<bool, FitError> {
         let (a, b) = (self.spans[candidate], self.spans[other]);
-        let (mean, _) = self.posterior(candidate, 10.0, self.remainder.unit());
+        let (mean, _) = self.posterior(candidate, 10.0, self.remainder.unit())?;
         let own = self.gram.view((a.first, a.first), (a.count, a.count));
         let energy = (own * &mean).dot(&mean);
         let with_other = self.gram.view((b.first, a.first), (b.count, a.count)) * &mean;
-        energy > 0.0 && energy - self.seen_with(other, &with_other).explained().0 < share * energy
+        Ok(energy > 0.0 && energy - self.seen_with(other, &with_other).explained().0 < share * energy)
     }
 
     /// Size of the signal of the given effects (id in a model, sizes in SI) beyond what the fitted model absorbs: rms
@@ -387,12 +390,9 @@ fn project(products: &DMatrix<f64>, candidates: usize, problem: &Problem, fit: &
         gradient[k] -= information * fit.values[*p];
         squares += information * fit.values[*p].powi(2);
     }
-    let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
-    let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-    let mut factor = linalg::Cholesky::new(m);
-    factor.factor(&scaled).map_err(|_| FitError::Singular)?;
+    let factor = ScaledCholesky::of(&normal).map_err(|_| FitError::Singular)?;
     let empty = DMatrix::zeros(m, 0);
-    let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
+    let mut projection = Projection { factor, of_columns: empty, of_residual: DVector::zeros(m) };
     projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
     projection.of_residual = projection.half(gradient).column(0).into_owned();
     Ok((projection, squares))

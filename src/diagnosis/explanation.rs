@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{SIZES, Seen};
 use super::examination::Examination;
+use crate::identify::fit::FitError;
+use crate::math::positive_definite::cholesky;
 
 /// Largest number of effects in an explanation.
 const MOST: usize = 3;
@@ -29,7 +31,10 @@ pub(crate) struct Explanation {
 impl Explanation {
     /// Selects among the candidates of an examination that `allowed` admits; `among` is the number of effects tested in
     /// all.
-    pub fn of(examination: &Examination, allowed: &[bool], among: usize) -> Self {
+    ///
+    /// # Errors
+    /// When an inner product is not finite.
+    pub fn of(examination: &Examination, allowed: &[bool], among: usize) -> Result<Self, FitError> {
         let candidates: Vec<usize> = (0..examination.spans.len()).filter(|&k| allowed[k]).collect();
         let evidence = |set: &[usize]| joint(examination, set).0.ln_evidence(&examination.remainder, &SIZES);
         let mut set: Vec<usize> = Vec::new();
@@ -59,13 +64,16 @@ impl Explanation {
     }
 
     /// Evaluates a given set.
-    pub fn joint(examination: &Examination, set: Vec<usize>) -> Self {
+    ///
+    /// # Errors
+    /// When an inner product is not finite: with a prior, the precision is positive definite.
+    pub fn joint(examination: &Examination, set: Vec<usize>) -> Result<Self, FitError> {
         let (seen, columns, gram, z) = joint(examination, &set);
         let (together, coefficients) = seen.explained();
         let n = columns.len();
         let unit = examination.remainder.unit();
         let precision = &gram / unit + DMatrix::identity(n, n) / (FREE * FREE);
-        let mean = precision.cholesky().map_or_else(|| DVector::zeros(n), |factor| factor.solve(&(&z / unit)));
+        let mean = cholesky(precision)?.solve(&(&z / unit));
         let mut first = 0;
         let mut takes = Vec::new();
         for &k in &set {
@@ -76,12 +84,12 @@ impl Explanation {
         }
         let mut order: Vec<usize> = (0..set.len()).collect();
         order.sort_by(|&a, &b| takes[b].total_cmp(&takes[a]).then(a.cmp(&b)));
-        Explanation {
+        Ok(Explanation {
             members: order.iter().map(|&i| set[i]).collect(),
             takes: order.iter().map(|&i| takes[i]).collect(),
             together,
             coefficients,
-        }
+        })
     }
 }
 

@@ -11,6 +11,7 @@ use super::hypotheses::Hypothesis;
 use super::{Contribution, Finding, FoundParameter};
 use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
+use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::fisher_chance;
 
@@ -35,17 +36,20 @@ pub(crate) fn contributions(examination: &Examination, relevance: &Relevance) ->
 const FREE: f64 = 1e3;
 
 /// Examines hypotheses side by side; the candidates of `close` are these hypotheses, in this order.
+///
+/// # Errors
+/// When an inner product is not finite.
 pub(crate) fn findings(
     datasets: &[NamedDataset<'_>],
     close: &Examination,
     hypotheses: &[Hypothesis],
     tests: usize,
     probability: impl Fn(&Hypothesis) -> f64 + Sync,
-) -> Vec<Finding> {
+) -> Result<Vec<Finding>, FitError> {
     let remainder = &close.remainder;
     let unit = remainder.unit();
     let folds = folds(&close.contexts);
-    let before: f64 = cross_validated(close, &folds, 0..0).iter().sum();
+    let before: f64 = cross_validated(close, &folds, 0..0)?.iter().sum();
     let best_places: usize = hypotheses.iter().map(|h| h.places).max().unwrap_or(1);
     let finding = |(k, h): (usize, &Hypothesis)| {
         let span = close.spans[k];
@@ -54,8 +58,8 @@ pub(crate) fn findings(
         let (p, nu) = (h.coefficients as f64, remainder.dof);
         let f = (explained / p.max(1.0)) / (left / (nu - p));
         let p_value = fisher_chance(f, p.max(1.0), (nu - p).max(1.0)).unwrap_or(1.0);
-        let after: f64 = cross_validated(close, &folds, span.range()).iter().sum();
-        let (mean, covariance) = close.posterior(k, BACKGROUND_WIDTH, unit * left / remainder.squares);
+        let after: f64 = cross_validated(close, &folds, span.range())?.iter().sum();
+        let (mean, covariance) = close.posterior(k, BACKGROUND_WIDTH, unit * left / remainder.squares)?;
         let parameters = span.range().enumerate().map(|(i, c)| {
             let parameter = &close.wide.parameters()[close.columns[c].parameter];
             let plausible = close.columns[c].plausible;
@@ -66,18 +70,23 @@ pub(crate) fn findings(
                 unit: parameter.spec.unit,
             }
         });
-        let rivals = (0..hypotheses.len()).filter(|&r| r != k && close.is_near_alias(k, r, NEAR_ALIAS));
-        Finding {
+        let mut rivals = Vec::new();
+        for r in (0..hypotheses.len()).filter(|&r| r != k) {
+            if close.is_near_alias(k, r, NEAR_ALIAS)? {
+                rivals.push(hypotheses[r].effect.clone());
+            }
+        }
+        Ok(Finding {
             hypothesis: h.clone(),
             probability: probability(h),
             p_family: (p_value * (tests + best_places) as f64).min(1.0),
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.contexts.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
-            rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
+            rivals,
             exactly_same: exact_aliases(&h.in_model, &close.model.registry, datasets),
             parameters: parameters.collect(),
-            size: Freely::of(close, k).size(),
-        }
+            size: Freely::of(close, k)?.size(),
+        })
     };
     hypotheses.par_iter().enumerate().map(finding).collect()
 }
@@ -90,11 +99,13 @@ pub(crate) struct Freely {
 }
 
 impl Freely {
-    pub fn of(close: &Examination, candidate: usize) -> Self {
-        let (estimate, covariance) = close.posterior(candidate, FREE, close.remainder.unit());
+    /// # Errors
+    /// As [`Examination::posterior`].
+    pub fn of(close: &Examination, candidate: usize) -> Result<Self, FitError> {
+        let (estimate, covariance) = close.posterior(candidate, FREE, close.remainder.unit())?;
         let least = |i: usize, _: usize| (estimate[i].abs() - 2.0 * covariance[(i, i)].max(0.0).sqrt()).max(0.0);
         let least = DVector::from_fn(estimate.len(), least);
-        Freely { estimate, least }
+        Ok(Freely { estimate, least })
     }
 
     /// Size of the estimate, rms over its parameters.

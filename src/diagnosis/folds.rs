@@ -16,10 +16,11 @@ pub(crate) use crate::residuals::misfit::reach;
 /// Number of folds of a division, except by places.
 const FOLDS: usize = 10;
 
-/// Number of postures from which on blocks of joint space are used too: with fewer, each block is an extrapolation.
+/// Number of postures from which on blocks of joint space are used too: with fewer, each block is an extrapolation (decision
+/// 0025).
 const BLOCKS_FROM: usize = 81;
 
-/// Fewest places for a division: with two, each would be predicted from a single one.
+/// Fewest places for a division: with two, each would be predicted from a single one (decision 0025).
 const LEAST_PLACES: usize = 3;
 
 /// Fixed seed: the same data give the same folds.

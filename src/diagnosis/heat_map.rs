@@ -16,6 +16,7 @@ use super::sweep::{self, Sweep};
 use crate::effects::own::{OwnEffect, OwnTerm};
 use crate::identify::Model;
 use crate::identify::fit::FitError;
+use crate::math::positive_definite;
 use crate::robot::{JointKind, Robot};
 use crate::units::{MM, URAD, Unit};
 
@@ -206,7 +207,10 @@ fn term(m: usize, length: f64, u: f64) -> f64 {
 
 impl HeatMap {
     /// Tests every joint and variable on the residual of the fit.
-    pub(crate) fn new(examination: &Examination, background: &Background) -> Self {
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub(crate) fn new(examination: &Examination, background: &Background) -> Result<Self, FitError> {
         let variables = variables(examination);
         let robot = examination.problem.robot();
         let turning: Vec<usize> = (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute).collect();
@@ -251,11 +255,12 @@ impl HeatMap {
         let cells: Vec<Cell> = turning.into_par_iter().map(of_joint).collect::<Vec<_>>().into_iter().flatten().collect();
         let aware = |k: &usize| cells[*k].ln_evidence_against_background;
         let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
-        let curve = best.and_then(|k| {
+        let of_cell = |k: usize| {
             let scaled = variables.iter().find(|s| s.variable == cells[k].variable)?;
             Some(curve(examination, background, cells[k].joint, scaled))
-        });
-        HeatMap { cells, best, curve }
+        };
+        let curve = best.and_then(of_cell).transpose()?;
+        Ok(HeatMap { cells, best, curve })
     }
 
     /// The best cell.
@@ -288,7 +293,7 @@ impl Curve {
     pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
         let Some(scaled) = variables(examination).into_iter().find(|s| s.variable == variable) else { return Ok(None) };
         let background = Background::new(examination)?;
-        Ok(Some(curve(examination, &background, joint, &scaled)))
+        Ok(Some(curve(examination, &background, joint, &scaled)?))
     }
 
     /// Name of the curve as a user-defined effect: `curve_3_tau2`.
@@ -336,7 +341,7 @@ fn variables(examination: &Examination) -> Vec<Scaled> {
 }
 
 /// Posterior curve at the length scale with the higher evidence, with the most credible amplitude.
-fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Curve {
+fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Result<Curve, FitError> {
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
         let features = DMatrix::from_fn(samples, count, |i, m| term(m, length, scaled.u[i]));
@@ -353,7 +358,7 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     let explained = Seen::new(block.k.clone(), &block.z).explained().0;
     let noise = ((remainder.squares - explained) / remainder.dof).max(f64::MIN_POSITIVE);
     let precision = &block.k / noise + DMatrix::identity(count, count) / (size * size);
-    let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+    let covariance = positive_definite::inverse(precision)?;
     let mean: DVector<f64> = &covariance * &block.z / noise;
     let variable = scaled.variable;
     let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
@@ -375,5 +380,5 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
         let size = size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt();
         curve.terms.push(CurveTerm { basis, size });
     }
-    curve
+    Ok(curve)
 }

@@ -14,12 +14,13 @@ use super::library::{Candidate, Untestable};
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::chi2_chance;
 use crate::residuals::{noise_left, unexplained};
 
 /// An effect is missing if the probability that none is missing is below this; noise alone causes that in less than one
-/// case of a hundred.
+/// case of a hundred (decision 0012).
 const NOTHING: f64 = 0.05;
 
 /// Probability of the credible set.
@@ -55,14 +56,14 @@ const SHORTLIST: usize = 8;
 
 /// True if the data allow a candidate to lie in the linear range of its family; for a user-defined effect, within
 /// [`BELIEVABLE`].
-fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
-    let freely = Freely::of(close, candidate);
-    let Some(family) = close.model.family(effect) else { return freely.least_size() <= BELIEVABLE };
-    close.spans[candidate].range().enumerate().all(|(i, column)| {
+fn is_believable(close: &Examination, candidate: usize, effect: &str) -> Result<bool, FitError> {
+    let freely = Freely::of(close, candidate)?;
+    let Some(family) = close.model.family(effect) else { return Ok(freely.least_size() <= BELIEVABLE) };
+    Ok(close.spans[candidate].range().enumerate().all(|(i, column)| {
         let column = &close.columns[column];
         let spec = &close.wide.parameters()[column.parameter].spec;
         family.linear_range.holds(spec, freely.least[i] * column.plausible)
-    })
+    }))
 }
 
 /// Hypotheses examined closely, as the candidates of an examination.
@@ -84,8 +85,8 @@ impl Shortlist {
         let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
         let close = examination.beside(datasets, candidates.collect())?;
         let is_sample = |h: &Hypothesis| h.effect.family() == EffectId::OUTLIER;
-        let believable =
-            hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
+        let of = |(k, h): (usize, &Hypothesis)| Ok(is_sample(h) || is_believable(&close, k, &h.effect)?);
+        let believable = hypotheses.iter().enumerate().map(of).collect::<Result<_, FitError>>()?;
         Ok(Shortlist { close, hypotheses, believable })
     }
 
@@ -101,11 +102,11 @@ impl Shortlist {
 
     /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
     /// out at any size.
-    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Vec<(EffectId, f64)> {
-        let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
+    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Result<Vec<(EffectId, f64)>, FitError> {
+        let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0)?;
         let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
         let told = self.unbelievable().filter(|(_, h)| is_sure(h));
-        told.map(|(k, h)| (h.in_model.clone(), Freely::of(&self.close, k).size())).collect()
+        told.map(|(k, h)| Ok((h.in_model.clone(), Freely::of(&self.close, k)?.size()))).collect()
     }
 }
 
@@ -150,14 +151,14 @@ impl<'a> Evidence<'a> {
         let background = Background::new(examination)?;
         let (mut all, mut untestable) = hypotheses(examination, &background);
         untestable.splice(0..0, examination.library.untestable.iter().cloned());
-        let heat_map = HeatMap::new(examination, &background);
+        let heat_map = HeatMap::new(examination, &background)?;
         let relevance = Relevance::beside(examination, &background)?;
         let tests = all.len().max(1);
         all.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
         let mut list = Shortlist::of(datasets, examination, &all)?;
         let mut unbelievable = Vec::new();
         if list.unbelievable().next().is_some() {
-            unbelievable = list.surely_unbelievable(datasets, tests);
+            unbelievable = list.surely_unbelievable(datasets, tests)?;
             all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
             list = Shortlist::of(datasets, examination, &all)?;
         }
@@ -175,7 +176,7 @@ impl<'a> Evidence<'a> {
             tests,
             set: credible(&all),
             hypotheses: all,
-            together: Explanation::of(&list.close, &list.believable, tests),
+            together: Explanation::of(&list.close, &list.believable, tests)?,
             list,
             unbelievable,
             ln_mean,
@@ -300,15 +301,15 @@ impl<'a> Evidence<'a> {
     }
 
     /// Findings for the shortlist, with the one to be named first at the front.
-    fn findings(&self, first: Option<&Hypothesis>) -> Vec<Finding> {
+    fn findings(&self, first: Option<&Hypothesis>) -> Result<Vec<Finding>, FitError> {
         let probability = |h: &Hypothesis| self.probability(h);
-        let mut findings = findings(self.datasets, &self.list.close, &self.list.hypotheses, self.tests, probability);
+        let mut findings = findings(self.datasets, &self.list.close, &self.list.hypotheses, self.tests, probability)?;
         put_first(&mut findings, first);
-        findings
+        Ok(findings)
     }
 
     /// The diagnosis with all samples, suspects included.
-    fn diagnosis(mut self) -> Diagnosis {
+    fn diagnosis(mut self) -> Result<Diagnosis, FitError> {
         let (examination, fit) = (self.examination, &self.examination.fit);
         let (verdict, first) = self.verdict();
         let first = first.cloned();
@@ -321,7 +322,7 @@ impl<'a> Evidence<'a> {
         let noise = self.noise(explained, coefficients);
         let relative = self.scatter.noise.level.map_or(1.0, |l| l.relative);
         let (together, together_explain) = self.explained_together();
-        Diagnosis {
+        Ok(Diagnosis {
             samples: examination.problem.sample_count(),
             residuals: examination.problem.row_count(),
             dof: fit.dof,
@@ -340,7 +341,7 @@ impl<'a> Evidence<'a> {
             together_explain,
             nothing: self.nothing(),
             background: self.background.size(),
-            findings: self.findings(first.as_ref()),
+            findings: self.findings(first.as_ref())?,
             contributions: contributions(examination, &self.relevance),
             fitted: examination.model.ids(),
             registry: examination.model.registry.clone(),
@@ -350,13 +351,13 @@ impl<'a> Evidence<'a> {
             relevance: self.relevance,
             heat_map: self.heat_map,
             untestable: self.untestable,
-        }
+        })
     }
 }
 
 /// Diagnosis of an examination, without excluding any suspects.
 pub(crate) fn judged(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
-    Ok(Evidence::new(datasets, examination)?.diagnosis())
+    Ok(Evidence::new(datasets, examination)?.diagnosis()?)
 }
 
 /// Moves the finding to be named first to the front.

@@ -15,7 +15,8 @@ use crate::math::linalg;
 /// effects that the data do not show are assumed to be about as large as those that they show.
 const PRIOR_WEIGHT: f64 = 1.5;
 
-/// Smallest size of the background in this prior, in plausible sizes: no robot is assumed to be better than this.
+/// Smallest size of the background in this prior, in plausible sizes: no robot is assumed to be better than this (decision
+/// 0013).
 const LEAST: f64 = 0.1;
 
 /// Number of iterations; after 25 no variance changes by more than a few per cent.

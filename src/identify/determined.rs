@@ -22,7 +22,8 @@ const RANK_TOLERANCE: f64 = 1e-6;
 /// more than three plausible sizes. It would carry no information, drag others far from nominal with it (wrist offsets by
 /// centimetres, where the TCP is within half a millimetre of the last axis), and do harm at other postures, where the
 /// others no longer compensate its column. Parameters left open by the nominal model (bases, free tools and balls) have no
-/// plausible size and are judged by [`RANK_TOLERANCE`] alone. If the noise is not stated, the residuals replace it.
+/// plausible size and are judged by [`RANK_TOLERANCE`] alone. If the noise is not stated, the residuals replace it (decision
+/// 0009).
 ///
 /// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
 const FAINT: f64 = 0.3;

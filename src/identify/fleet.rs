@@ -116,10 +116,11 @@ impl Fleet {
     }
 }
 
-/// Spread between robots of one type that are very much alike, as a share of the plausible sizes of the catalogue.
+/// Spread between robots of one type that are very much alike, as a share of the plausible sizes of the catalogue
+/// (docs/fleets.md).
 const ALIKE: f64 = 0.1;
 
-/// Probability that two robots of a fleet with this spread are reported as one robot.
+/// Probability that two robots of a fleet with this spread are reported as one robot (docs/fleets.md).
 const MISTAKEN: f64 = 1e-3;
 
 /// Two calibrations that seem to be of one robot, which was measured twice.

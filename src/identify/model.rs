@@ -62,7 +62,7 @@ pub struct Model {
 }
 
 /// Prior width (1 sigma, in plausible sizes) of an effect added to the model: shrinks an ordinary size by less than a
-/// tenth, but an absurd one noticeably.
+/// tenth, but an absurd one noticeably (decision 0011).
 pub const BACKGROUND_WIDTH: f64 = 3.0;
 
 impl Model {

@@ -10,7 +10,8 @@ use nalgebra::{DMatrix, DVector};
 use super::fit_result::{Fit, FitError};
 use super::problem::SampleContext;
 use super::problem::{Prior, Problem};
-use crate::math::linalg::{self, Cholesky};
+use crate::math::linalg;
+use crate::math::positive_definite::{ScaledCholesky, cholesky};
 use crate::measure::poses::Postures;
 use crate::units::URAD;
 
@@ -142,34 +143,20 @@ fn gram_with_joint_errors(near: &DMatrix<f64>, joints: usize, contexts: &[Sample
 
 /// Inverts normal matrices of one size, scaled to a unit diagonal meanwhile.
 struct Inverter {
-    factor: Cholesky,
-    scaled: DMatrix<f64>,
+    factor: ScaledCholesky,
     inverse: DMatrix<f64>,
 }
 
 impl Inverter {
     fn new(n: usize) -> Self {
-        Inverter { factor: Cholesky::new(n), scaled: DMatrix::zeros(n, n), inverse: DMatrix::zeros(n, n) }
+        Inverter { factor: ScaledCholesky::new(n), inverse: DMatrix::zeros(n, n) }
     }
 
     /// Sets `inverse` to that of `gram / noise` plus the diagonal `prior`; the rows of `gram` beyond its size are not used.
     fn invert(&mut self, gram: &DMatrix<f64>, noise: f64, prior: impl Fn(usize) -> f64) -> Result<(), FitError> {
-        let Inverter { factor, scaled, inverse } = self;
-        let n = scaled.nrows();
-        let scale: Vec<f64> = (0..n).map(|k| 1.0 / (gram[(k, k)] / noise + prior(k)).sqrt()).collect();
-        for c in 0..n {
-            for r in c..n {
-                scaled[(r, c)] = gram[(r, c)] / noise * scale[r] * scale[c];
-            }
-            scaled[(c, c)] += prior(c) * scale[c] * scale[c];
-        }
-        factor.factor(scaled)?;
-        factor.inverse(inverse);
-        for c in 0..n {
-            for r in 0..n {
-                inverse[(r, c)] *= scale[r] * scale[c];
-            }
-        }
+        let scale = |k: usize| 1.0 / (gram[(k, k)] / noise + prior(k)).sqrt();
+        self.factor.factor(scale, |r, c| gram[(r, c)] / noise, |c, scale| prior(c) * scale * scale)?;
+        self.inverse = self.factor.inverse();
         Ok(())
     }
 }
@@ -181,11 +168,9 @@ fn left_out_in_turn(near: &DMatrix<f64>, contexts: &[SampleContext], information
     linalg::normal_matrix(near, &mut gram);
     let mut normal = gram.view((0, 0), (m, m)).into_owned();
     (0..m).for_each(|k| normal[(k, k)] += information[k]);
-    let scale = DVector::from_fn(m, |k, _| 1.0 / normal[(k, k)].sqrt());
-    let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-    let (mut factor, mut inverse) = (Cholesky::new(m), DMatrix::zeros(m, m));
-    factor.factor(&scaled)?;
-    factor.inverse(&mut inverse);
+    let mut factor = ScaledCholesky::of(&normal)?;
+    let inverse = factor.inverse_of_scaled();
+    let scale = factor.scale();
     let mut sum = DMatrix::zeros(m, m);
     let joints: Vec<&[f64]> = contexts.iter().map(|c| c.q.as_slice()).collect();
     let setups: Vec<usize> = contexts.iter().map(|c| c.setup).collect();
@@ -198,10 +183,7 @@ fn left_out_in_turn(near: &DMatrix<f64>, contexts: &[SampleContext], information
         // A posture that alone determines some parameter has no independent residual there.
         let mut remaining = -linalg::product_of_transposed(&columns, &moves);
         (0..rows.len()).for_each(|k| remaining[(k, k)] += 1.0 + LEAST_LEFT);
-        let moved = match remaining.cholesky() {
-            Some(factor) => &moves * factor.solve(&left),
-            None => &moves * left,
-        };
+        let moved = &moves * cholesky(remaining)?.solve(&left);
         sum.ger(1.0, &moved, &moved, 1.0);
     }
     Ok(DMatrix::from_fn(m, m, |r, c| sum[(r, c)] * scale[r] * scale[c]))

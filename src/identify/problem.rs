@@ -112,7 +112,7 @@ impl Problem {
                 row.q_before = before.map(<[f64]>::to_vec);
             }
         }
-        self.load_nominal();
+        self.load_nominal()?;
         self.check_values()
     }
 

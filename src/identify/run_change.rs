@@ -2,7 +2,7 @@
 
 use crate::effects;
 use crate::effects::situation::Situation;
-use crate::effects::{Effect, EffectError, Emit, Needs, Owner, ParameterSpec, Subject};
+use crate::effects::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec, Subject};
 use crate::robot::sites::Site;
 
 /// Parameters of an effect that have other values in some datasets: by an unknown amount times a known weight.
@@ -11,7 +11,7 @@ pub struct RunChange {
     /// The runs that differ, in words: `since B`, `in B`.
     pub when: String,
     /// Id of the effect.
-    pub effect: String,
+    pub effect: EffectId,
     /// Names of those of its parameters that differ; empty for all.
     pub parameters: Vec<String>,
     /// Datasets in which they do, by name, each with its weight.
@@ -26,7 +26,7 @@ impl RunChange {
 
     /// Id of the change as an effect.
     pub fn id(&self) -> String {
-        let which = if self.parameters.is_empty() { self.effect.clone() } else { self.parameters.join("+") };
+        let which = if self.parameters.is_empty() { self.effect.to_string() } else { self.parameters.join("+") };
         format!("change:{which} {}", self.when)
     }
 

@@ -62,6 +62,11 @@ pub enum ImportError {
         /// `base` or `tool`.
         what: &'static str,
     },
+    /// The seatings of the sockets do not determine the tool.
+    #[error(
+        "the flange has the same orientation at all seatings of every socket, so that the tool cannot be determined; import sockets that were seated with the flange turned"
+    )]
+    ToolUndetermined,
     /// The set-up is that of another robot.
     #[error("{}: is of the robot {other}, the rows are of {robot}; name a dataset of the same robot", path.display())]
     SetUpOfAnother {

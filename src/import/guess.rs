@@ -21,7 +21,7 @@ const MOST_NAMED: usize = 12;
 const SHOWN: usize = 3;
 
 /// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
-/// ten micrometres off.
+/// ten micrometres off (docs/importing.md).
 const COMPUTED: f64 = 0.015 * MM;
 
 /// Residual of a nominal arm, m, at which the proposal is settled: the worst arm that was seen leaves some ten millimetres.

@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::ImportError;
+use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::file::read_dataset;
 use crate::measure::dataset::{Dataset, Measured, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
@@ -60,7 +61,7 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
                 right += columns.transpose() * (place - tcp);
             }
             // If the flange never rotates, the tool cannot be separated from the base: keep the first fit.
-            let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
+            let Ok(step) = cholesky(normal).map(|c| c.solve(&right)) else { break };
             tool += step.fixed_rows::<3>(6);
             let Some(refitted) = rigid_fit(&reached(&tool)) else { break };
             base = refitted;

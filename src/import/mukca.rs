@@ -14,6 +14,7 @@ use super::initial_setup::flanges;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::{FileError, cannot_be_read};
+use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Ball, BallDistance, Dataset, Measured, SampleSet};
 use crate::robot::Pose;
@@ -73,7 +74,7 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
         read_table(&table, &map, &mut dataset, &mut report)?;
     }
     pair_sockets(&mut dataset);
-    place_sockets(&mut dataset);
+    place_sockets(&mut dataset)?;
     Ok((dataset, report))
 }
 
@@ -119,7 +120,10 @@ fn pair_sockets(dataset: &mut Dataset) {
 /// positions.
 ///
 /// With flange poses (R, p) the ball is at `R t + p`; the scatter about the mean of a socket is linear in t.
-fn place_sockets(dataset: &mut Dataset) {
+///
+/// # Errors
+/// When the flange has the same orientation at all seatings of every socket.
+fn place_sockets(dataset: &mut Dataset) -> Result<(), ImportError> {
     let poses: Vec<Pose> = flanges(dataset).collect();
     let of_socket = |ball: usize| {
         let seated = move |m: &Measured| matches!(m, Measured::Ball { ball: b, .. } if *b == ball);
@@ -140,9 +144,10 @@ fn place_sockets(dataset: &mut Dataset) {
             right -= turned.transpose() * (pose.translation.vector - position);
         }
     }
-    let Some(tool) = normal.cholesky().map(|c| c.solve(&right)) else { return };
+    let tool = cholesky(normal).map_err(|_| ImportError::ToolUndetermined)?.solve(&right);
     for (ball, (rotation, position)) in means.iter().enumerate() {
         dataset.balls[ball].position = rotation * tool + position;
     }
     dataset.tool.xyz = tool.into();
+    Ok(())
 }

@@ -37,6 +37,12 @@ pub enum LinalgError {
         /// Counted from 0.
         column: usize,
     },
+    /// A matrix without an inverse, or with an entry that is not finite.
+    #[error("a matrix of {size} x {size} has no inverse")]
+    Singular {
+        /// Rows and columns.
+        size: usize,
+    },
 }
 
 fn view(a: &DMatrix<f64>) -> MatRef<'_, f64> {

@@ -45,7 +45,7 @@ use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
-/// Probability that a check ever reports a change where there is none.
+/// Probability that a check ever reports a change where there is none (by Ville's inequality, decision 0035).
 pub const FALSE_ALARM: f64 = 0.01;
 
 /// Prior probability that something has changed before a check.
@@ -58,13 +58,13 @@ const LARGEST: f64 = 600.0;
 /// calibrated.
 const FOREIGN: f64 = 3.0;
 
-/// Fewest poses that can tell that nothing has changed: one or two do not show every change.
+/// Fewest poses that can tell that nothing has changed: one or two do not show every change (docs/check.md).
 const FEWEST_POSES: usize = 3;
 
-/// Ratio of the stated noise to that of the campaign, or its inverse, from which the difference is remarked on.
+/// Ratio of the stated noise to that of the campaign, or its inverse, from which the difference is remarked on (docs/check.md).
 pub const NOISE_ALIKE: f64 = 3.0;
 
-/// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
+/// Two samples are of one pose if no joint differs by more, rad or 0.01 m (docs/check.md).
 const SAME_POSE: f64 = 1.0 * DEG;
 
 /// Reasons why a check is not possible.

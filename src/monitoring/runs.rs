@@ -43,10 +43,11 @@ use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::copied::in_both;
 use crate::residuals::noise::{Suspect, suspects};
 
-/// Probability that runs of a robot in which nothing changed are reported to differ.
+/// Probability that runs of a robot in which nothing changed are reported to differ (half of it for each question of
+/// docs/runs.md).
 pub const RUNS_FALSE_ALARM: f64 = 0.01;
 
-/// Largest number of differences that are named: a robot in which more has changed is another robot.
+/// Largest number of differences that are named: a robot in which more has changed is another robot (docs/runs.md).
 const MOST_CHANGES: usize = 4;
 
 /// Mean length of a month, days.
@@ -340,7 +341,7 @@ fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> M
         kept.changes.retain(|change| change.effect != effect.effect);
         kept.changes.push(RunChange {
             when: Pattern::Only(run).words(names),
-            effect: effect.effect.to_string(),
+            effect: effect.effect.clone(),
             parameters: Vec::new(),
             weights: vec![(names[run].to_owned(), 1.0)],
         });

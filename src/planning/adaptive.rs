@@ -21,13 +21,13 @@ use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 use crate::measure::poses::PlannedPose;
 use crate::prediction::{Banded, WORKSPACE_POSES, WorkspaceError, workspace_poses};
 
-/// Samples between two predictions.
+/// Samples between two predictions (decision 0036).
 const BATCH: usize = 4;
 
 /// Samples before the first prediction, beyond those that the unknowns need at least.
 const SPARE: usize = 5;
 
-/// Number of successive predictions that must be as good as requested.
+/// Number of successive predictions that must be as good as requested (docs/adaptive.md).
 pub const LOOKS: usize = 4;
 
 /// Precision that a campaign has reached.
@@ -124,7 +124,7 @@ impl Adaptive {
         let planned = Dataset { samples: waiting.to_vec(), ..self.cell.clone() };
         let plan = Examination::of_plan(&planned, &self.model)?;
         self.first = (plan.fitted.len() / 3 + SPARE).min(waiting.len());
-        let chosen = first_choice(&plan, self.first);
+        let chosen = first_choice(&plan, self.first)?;
         self.ahead = names(&chosen, waiting);
         self.reached.clear();
         Ok(())

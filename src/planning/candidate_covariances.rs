@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, Dyn, Matrix3};
 
-use crate::math::linalg;
+use crate::math::linalg::{self, LinalgError};
+use crate::math::positive_definite::{cholesky, whitener};
 
 /// Predictive covariance of every candidate, for parameters of covariance P.
 ///
@@ -57,8 +58,11 @@ impl CandidateCovariances {
     }
 
     /// `(I + X P X^T)^-1` of a candidate.
-    pub fn precision(&self, candidate: usize) -> Matrix3<f64> {
-        self.spreads[candidate].cholesky().map_or_else(Matrix3::zeros, |c| c.inverse())
+    ///
+    /// # Errors
+    /// When rounding has consumed the identity: P is then larger than the noise by more than the digits of a number.
+    pub fn precision(&self, candidate: usize) -> Result<Matrix3<f64>, LinalgError> {
+        Ok(cholesky(self.spreads[candidate])?.inverse())
     }
 
     /// The gains `u` of all updates, in order.
@@ -67,15 +71,18 @@ impl CandidateCovariances {
     }
 
     /// Computes `u` and `L^-1` of a candidate.
-    pub fn gain(&self, candidate: usize) -> (DMatrix<f64>, Matrix3<f64>) {
-        let whitener = self.spreads[candidate].cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(Matrix3::zeros);
+    ///
+    /// # Errors
+    /// As [`precision`](Self::precision).
+    pub fn gain(&self, candidate: usize) -> Result<(DMatrix<f64>, Matrix3<f64>), LinalgError> {
+        let whitener = whitener(self.spreads[candidate])?;
         let carried = self.carried.as_ref().unwrap_or(&self.columns);
         let mut left = carried.columns(3 * candidate, 3).into_owned();
         for lesson in &self.lessons {
             left.gemm(-1.0, &lesson.gain, &lesson.seen(candidate, 0).transpose(), 1.0);
         }
         let gain = left * whitener.transpose();
-        (gain.reshape_generic(Dyn(self.columns.nrows()), Dyn(3)), whitener)
+        Ok((gain.reshape_generic(Dyn(self.columns.nrows()), Dyn(3)), whitener))
     }
 
     /// Updates all candidates with a gain. Also computes their displacements along `others`, directions in further
@@ -108,9 +115,22 @@ pub(super) fn blocks<'a>(x: &'a DMatrix<f64>, y: &'a DMatrix<f64>) -> impl Itera
 
 /// The candidate with the largest `gain` among those not `taken`, the first if several are equal; `None` if all are
 /// taken.
-pub(super) fn best_free(count: usize, taken: &[usize], gain: impl Fn(usize) -> f64) -> Option<usize> {
-    let free = (0..count).filter(|i| !taken.contains(i)).map(|i| (i, gain(i)));
-    free.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(i, _)| i)
+///
+/// # Errors
+/// The first of `gain`.
+pub(super) fn best_free(
+    count: usize,
+    taken: &[usize],
+    gain: impl Fn(usize) -> Result<f64, LinalgError>,
+) -> Result<Option<usize>, LinalgError> {
+    let mut best: Option<(usize, f64)> = None;
+    for i in (0..count).filter(|i| !taken.contains(i)) {
+        let next = gain(i)?;
+        if best.is_none_or(|(_, most)| next > most) {
+            best = Some((i, next));
+        }
+    }
+    Ok(best.map(|(i, _)| i))
 }
 
 #[cfg(test)]
@@ -128,7 +148,7 @@ mod tests {
         let mut information = covariance.try_inverse().unwrap();
         for candidate in [2, 0, 3] {
             for sighting in [&mut sighting, &mut unit] {
-                let (gain, _) = sighting.gain(candidate);
+                let (gain, _) = sighting.gain(candidate).unwrap();
                 sighting.learn(gain, None);
             }
             let x = columns.columns(3 * candidate, 3);

@@ -13,7 +13,8 @@ use super::candidate_covariances::{CandidateCovariances, best_free, blocks};
 use super::length::expected_length;
 use super::rival::State;
 use crate::identify::fit::FitError;
-use crate::math::linalg;
+use crate::math::linalg::{self, LinalgError};
+use crate::math::positive_definite::cholesky;
 
 /// Number of data sets sampled under each rival; the chances below have a standard error of about 2 %.
 const DRAWS: usize = 500;
@@ -70,7 +71,7 @@ impl Forecast {
         let side = |state: &State| -> Result<PredictiveDistribution, FitError> {
             let x = columns.select_rows(&state.rows);
             let spread = DMatrix::identity(size, size) + x.tr_mul(&(&state.covariance * &x));
-            let factor = Cholesky::new(spread).ok_or(FitError::Singular)?;
+            let factor = cholesky(spread)?;
             let log_root = factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum();
             Ok(PredictiveDistribution { mean: x.tr_mul(&state.mean), factor, log_root })
         };
@@ -163,26 +164,35 @@ impl<'a> WorkspaceOutlook<'a> {
     }
 
     /// Reduction of the sum of squares over the workspace by a candidate: `tr((I + X P X^T)^-1 X P A P X^T)`.
-    fn gain(&self, worth: &Matrix3<f64>, candidate: usize) -> f64 {
-        self.sighting.precision(candidate).dot(worth)
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    fn gain(&self, worth: &Matrix3<f64>, candidate: usize) -> Result<f64, LinalgError> {
+        Ok(self.sighting.precision(candidate)?.dot(worth))
     }
 
     /// Takes the candidate that reduces the error most among those not `taken`; `None` if all are.
-    pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
-        let Choice { worth, .. } = self.choice.as_ref()?;
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    pub fn choose(&mut self, taken: &[usize]) -> Result<Option<usize>, LinalgError> {
+        let Some(Choice { worth, .. }) = &self.choice else { return Ok(None) };
         let best = best_free(worth.len(), taken, |i| self.gain(&worth[i], i))?;
-        self.take(best);
-        Some(best)
+        best.map_or(Ok(()), |best| self.take(best))?;
+        Ok(best)
     }
 
     /// Updates the covariances with a candidate.
     ///
     /// `(P - u u^T) A (P - u u^T) = P A P - w u^T - u w^T` with `w = P A u - u (u^T A u) / 2`.
-    pub fn take(&mut self, candidate: usize) {
-        let (gain, _) = self.sighting.gain(candidate);
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    pub fn take(&mut self, candidate: usize) -> Result<(), LinalgError> {
+        let (gain, _) = self.sighting.gain(candidate)?;
         let Some(Choice { weights, worth }) = &mut self.choice else {
             self.sighting.learn(gain, None);
-            return;
+            return Ok(());
         };
         let weighed = linalg::product(weights, &gain);
         let mut turned = weighed.clone();
@@ -195,6 +205,7 @@ impl<'a> WorkspaceOutlook<'a> {
             let cross = lesson.seen(i, 1) * lesson.seen(i, 0).transpose();
             *worth -= cross + cross.transpose();
         }
+        Ok(())
     }
 
     /// Mean over the workspace of the expected length of the error, m.
@@ -236,15 +247,15 @@ mod tests {
         let errors = WorkspaceErrors::new(fields);
         let length = |variance: f64| (2.0 * variance / std::f64::consts::PI).sqrt();
         let mut forecast = WorkspaceOutlook::to_choose(&errors, candidates);
-        let worth_of = |o: &WorkspaceOutlook<'_>| o.gain(&o.choice.as_ref().unwrap().worth[0], 0);
+        let worth_of = |o: &WorkspaceOutlook<'_>| o.gain(&o.choice.as_ref().unwrap().worth[0], 0).unwrap();
         assert!((forecast.mean() - length(4.0)).abs() < 1e-14);
         // It reduces 4 to 0.8.
         assert!((worth_of(&forecast) - 3.2).abs() < 1e-14);
-        assert_eq!(forecast.choose(&[]), Some(0));
+        assert_eq!(forecast.choose(&[]), Ok(Some(0)));
         assert!((forecast.mean() - length(0.8)).abs() < 1e-14);
         // A repetition would reduce 0.8 to 0.8 / (0.8 + 1).
         assert!((worth_of(&forecast) - (0.8 - 0.8 / 1.8)).abs() < 1e-14);
-        assert_eq!(forecast.choose(&[0]), Some(1));
+        assert_eq!(forecast.choose(&[0]), Ok(Some(1)));
         assert!((forecast.mean() - length(0.8)).abs() < 1e-14);
     }
 }

@@ -14,7 +14,8 @@ use super::pool::Pool;
 use super::rival::State;
 use super::rivalry::{Determination, Rivalry};
 use crate::identify::calibration::IdentifyError;
-use crate::math::linalg;
+use crate::identify::fit::FitError;
+use crate::math::linalg::{self, LinalgError};
 use crate::prediction::workspace::SEED;
 
 /// Number of measurements that first determine the pose of a moved artifact.
@@ -55,28 +56,30 @@ impl Prospect<'_> {
             return Ok(all);
         }
         let mut chosen = Vec::with_capacity(count);
-        let by = |choose: &mut dyn FnMut(&[usize]) -> Option<usize>, chosen: &mut Vec<usize>, wanted: usize| {
+        type Choose<'c> = &'c mut dyn FnMut(&[usize]) -> Result<Option<usize>, LinalgError>;
+        let by = |choose: Choose<'_>, chosen: &mut Vec<usize>, wanted: usize| -> Result<(), FitError> {
             while chosen.len() < wanted {
-                let Some(next) = choose(chosen) else { break };
+                let Some(next) = choose(chosen)? else { break };
                 chosen.push(next);
             }
+            Ok(())
         };
         let determined = if criterion == Criterion::Determination { count } else { self.seeds().min(count) };
         if determined > 0 {
             let mut determination = Determination::new(&self.state(&self.designer.fitted), self.close()?);
-            by(&mut |chosen| determination.choose(chosen), &mut chosen, determined);
+            by(&mut |chosen| determination.choose(chosen), &mut chosen, determined)?;
         }
         if criterion == Criterion::Discrimination {
             let mut rivalry = Rivalry::new(&self.states(), &self.designer.weights, self.close()?);
-            chosen.iter().for_each(|&seed| rivalry.take(seed));
-            by(&mut |chosen| rivalry.choose(chosen), &mut chosen, count);
+            chosen.iter().try_for_each(|&seed| rivalry.take(seed)).map_err(FitError::from)?;
+            by(&mut |chosen| rivalry.choose(chosen), &mut chosen, count)?;
         }
         if criterion == Criterion::Accuracy
             && let Some(workspace) = &self.designer.workspace
         {
             let mut forecast = WorkspaceOutlook::to_choose(&workspace.errors, self.wide()?.clone());
-            chosen.iter().for_each(|&seed| forecast.take(seed));
-            by(&mut |chosen| forecast.choose(chosen), &mut chosen, count);
+            chosen.iter().try_for_each(|&seed| forecast.take(seed)).map_err(FitError::from)?;
+            by(&mut |chosen| forecast.choose(chosen), &mut chosen, count)?;
         }
         Ok(chosen)
     }
@@ -103,7 +106,7 @@ impl Prospect<'_> {
         let mut forecast = WorkspaceOutlook::new(&workspace.errors, of_candidates(self.wide()?, chosen));
         let mut errors = Vec::with_capacity(steps.len());
         for k in 0..chosen.len() {
-            forecast.take(k);
+            forecast.take(k).map_err(FitError::from)?;
             if steps.contains(&(k + 1)) {
                 errors.push(forecast.mean());
             }

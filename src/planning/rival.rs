@@ -8,6 +8,7 @@ use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
 use crate::identify::fit::FitError;
 use crate::math::linalg;
+use crate::math::positive_definite::ScaledCholesky;
 
 /// Largest number of rivals distinguished at once; those beyond the sixth hold a few per cent of the probability.
 const MOST: usize = 6;
@@ -72,14 +73,7 @@ impl State {
             gradient[k] -= known * fit.values[p];
         }
         (m..size).for_each(|k| information[(k, k)] += BACKGROUND_WIDTH.powi(-2));
-        // Scaled to a unit diagonal, as metres and radians differ in size.
-        let scale = information.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled = DMatrix::from_fn(size, size, |r, c| information[(r, c)] * scale[r] * scale[c]);
-        let mut factor = linalg::Cholesky::new(size);
-        factor.factor(&scaled)?;
-        let mut covariance = DMatrix::zeros(size, size);
-        factor.inverse(&mut covariance);
-        (0..size).for_each(|r| (0..size).for_each(|c| covariance[(r, c)] *= scale[r] * scale[c]));
+        let covariance = ScaledCholesky::of(&information)?.inverse();
         Ok(State { rows: own, mean: &covariance * gradient, covariance })
     }
 

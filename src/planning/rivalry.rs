@@ -5,6 +5,8 @@ use nalgebra::{DMatrix, Vector3};
 use super::candidate_covariances::{CandidateCovariances, best_free};
 use super::rival::State;
 use crate::diagnosis::Examination;
+use crate::identify::fit::FitError;
+use crate::math::linalg::LinalgError;
 
 /// One rival's predictions for a pool.
 struct Side {
@@ -51,32 +53,42 @@ impl Rivalry {
 
     /// `sum over a != b of pi_a pi_b exp(-T_ab/8) (1 - exp(-t_ab/8))`: reduction by a candidate of the bound on the
     /// probability of confusing two rivals (Bhattacharyya). Pairs that are already separated hardly contribute.
-    fn gain(&self, candidate: usize, open: &DMatrix<f64>) -> f64 {
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    fn gain(&self, candidate: usize, open: &DMatrix<f64>) -> Result<f64, LinalgError> {
         let mut gain = 0.0;
         for (b, side) in self.sides.iter().enumerate() {
-            let precision = side.sighting.precision(candidate);
+            let precision = side.sighting.precision(candidate)?;
             for a in (0..self.sides.len()).filter(|&a| a != b) {
                 let d = self.surprise(a, b, candidate);
                 gain += open[(a, b)] * -(-(precision * d).dot(&d) / 8.0).exp_m1();
             }
         }
-        gain
+        Ok(gain)
     }
 
     /// Takes the candidate that separates the rivals most among those not `taken`; `None` if all are.
-    pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    pub fn choose(&mut self, taken: &[usize]) -> Result<Option<usize>, LinalgError> {
         let open = self.open();
-        let best = best_free(self.sides.first()?.sighting.count(), taken, |i| self.gain(i, &open))?;
-        self.take(best);
-        Some(best)
+        let count = self.sides.first().map_or(0, |side| side.sighting.count());
+        let best = best_free(count, taken, |i| self.gain(i, &open))?;
+        best.map_or(Ok(()), |best| self.take(best))?;
+        Ok(best)
     }
 
     /// Updates every rival with a candidate, once for each rival assumed to be true.
-    pub fn take(&mut self, candidate: usize) {
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    pub fn take(&mut self, candidate: usize) -> Result<(), LinalgError> {
         let count = self.sides.len();
         let surprises = DMatrix::from_fn(count, count, |a, b| self.surprise(a, b, candidate));
         for (b, side) in self.sides.iter_mut().enumerate() {
-            let (gain, whitener) = side.sighting.gain(candidate);
+            let (gain, whitener) = side.sighting.gain(candidate)?;
             let lesson = side.sighting.learn(gain, None);
             for a in (0..count).filter(|&a| a != b) {
                 let whitened = whitener * surprises[(a, b)];
@@ -86,6 +98,7 @@ impl Rivalry {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -101,11 +114,16 @@ impl Determination {
     }
 
     /// Takes the candidate that adds most information among those not `taken`; `None` if all are.
-    pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
-        let best = best_free(self.sighting.count(), taken, |i| self.sighting.spread(i).determinant())?;
-        let (gain, _) = self.sighting.gain(best);
-        self.sighting.learn(gain, None);
-        Some(best)
+    ///
+    /// # Errors
+    /// As [`CandidateCovariances::precision`].
+    pub fn choose(&mut self, taken: &[usize]) -> Result<Option<usize>, LinalgError> {
+        let best = best_free(self.sighting.count(), taken, |i| Ok(self.sighting.spread(i).determinant()))?;
+        if let Some(best) = best {
+            let (gain, _) = self.sighting.gain(best)?;
+            self.sighting.learn(gain, None);
+        }
+        Ok(best)
     }
 }
 
@@ -113,7 +131,10 @@ impl Determination {
 const UNKNOWN: f64 = 100.0;
 
 /// Chooses the `count` samples of an examined plan that together determine its model best, each given those before it.
-pub(crate) fn first_choice(plan: &Examination, count: usize) -> Vec<usize> {
+///
+/// # Errors
+/// As [`CandidateCovariances::precision`].
+pub(crate) fn first_choice(plan: &Examination, count: usize) -> Result<Vec<usize>, FitError> {
     let unknowns = plan.fitted.len();
     let columns = plan.rows.rows(0, unknowns).into_owned();
     let samples = (columns.ncols() / 3).max(1) as f64;
@@ -122,10 +143,10 @@ pub(crate) fn first_choice(plan: &Examination, count: usize) -> Vec<usize> {
     let mut determination = Determination { sighting: CandidateCovariances::new(columns, &before) };
     let mut chosen = Vec::with_capacity(count);
     while chosen.len() < count {
-        let Some(next) = determination.choose(&chosen) else { break };
+        let Some(next) = determination.choose(&chosen)? else { break };
         chosen.push(next);
     }
-    chosen
+    Ok(chosen)
 }
 
 #[cfg(test)]
@@ -151,18 +172,18 @@ mod tests {
     fn the_separation_of_two_rivals_by_hand() {
         let mut rivalry = Rivalry::new(&[state(0, 3.0, 0.0), state(1, 1.0, 3.0)], &[0.25, 0.75], &columns());
         let open = rivalry.open();
-        assert_eq!(rivalry.gain(0, &open), 0.0);
+        assert_eq!(rivalry.gain(0, &open), Ok(0.0));
         // Candidate 1: a predicts 3 and b predicts 0, both exactly, so the separation is 9 either way.
         let by_hand = 2.0 * 0.25 * 0.75 * (1.0 - (-9.0_f64 / 8.0).exp());
-        assert!((rivalry.gain(1, &open) - by_hand).abs() < 1e-15);
+        assert!((rivalry.gain(1, &open).unwrap() - by_hand).abs() < 1e-15);
         // Candidate 2: a predicts 0 exactly, b predicts 1 +- sqrt(3), hence a variance of 4 with the noise.
         let (of_a, of_b) = (1.0 - (-1.0_f64 / 8.0).exp(), 1.0 - (-(1.0 / 4.0) / 8.0_f64).exp());
-        assert!((rivalry.gain(2, &open) - 0.1875 * (of_a + of_b)).abs() < 1e-15);
-        assert_eq!(rivalry.choose(&[]), Some(1));
+        assert!((rivalry.gain(2, &open).unwrap() - 0.1875 * (of_a + of_b)).abs() < 1e-15);
+        assert_eq!(rivalry.choose(&[]), Ok(Some(1)));
         assert!((rivalry.separation[(0, 1)] - 9.0).abs() < 1e-12);
         // If a is true (datum 0, b predicts 1 +- sqrt(3)), b's new prediction follows from a Kalman update, as
         // candidate 2 measures it directly.
-        rivalry.take(2);
+        rivalry.take(2).unwrap();
         assert!((rivalry.sides[1].predictions[0][2].x - (1.0 - 3.0 / 4.0)).abs() < 1e-15);
         assert!((rivalry.sides[1].predictions[1][2].x - 1.0).abs() < 1e-15);
         assert!((rivalry.sides[1].sighting.spread(2)[(0, 0)] - 1.75).abs() < 1e-15);
@@ -176,8 +197,8 @@ mod tests {
             covariance: DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 8.0])),
         };
         let mut determination = Determination::new(&state, &columns());
-        assert_eq!(determination.choose(&[]), Some(2));
+        assert_eq!(determination.choose(&[]), Ok(Some(2)));
         assert!((determination.sighting.spread(2)[(0, 0)] - (1.0 + 8.0 / 9.0)).abs() < 1e-15);
-        assert_eq!(determination.choose(&[2]), Some(1));
+        assert_eq!(determination.choose(&[2]), Ok(Some(1)));
     }
 }

@@ -8,6 +8,7 @@ use crate::diagnosis::library::missing_somewhere;
 use crate::effects::{self, Effect, EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::problem::{Parameter, Problem, SampleContext, Use};
+use crate::math::positive_definite::inverse;
 use crate::measure::dataset::{Dataset, NamedDataset};
 
 /// The examined problem, set up for other samples of its first set-up.
@@ -112,7 +113,8 @@ impl AtNewPoses {
     pub fn plain_contexts(&self) -> Vec<SampleContext> {
         let mut all = self.contexts();
         self.problem.for_each_sample(&self.values, &mut |s| {
-            if let Some(back) = s.whitener.try_inverse() {
+            // The whitener of a position was made by inverting a root of its covariance; here there are only positions.
+            if let Ok(back) = inverse(s.whitener) {
                 for column in &mut all[s.place].joints {
                     let plain = back * column.fixed_rows::<3>(0);
                     column.fixed_rows_mut::<3>(0).copy_from(&plain);

@@ -7,7 +7,7 @@
 use crate::diagnosis::Examination;
 use crate::diagnosis::cross_validation::cross_validated_positions;
 use crate::diagnosis::folds::{places, random_folds};
-use crate::identify::fit::Fit;
+use crate::identify::fit::{Fit, FitError};
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::{chi2_chance, is_too_small};
 
@@ -30,12 +30,25 @@ pub(crate) struct Level {
 /// Share of the samples that may be outliers.
 const FEW: f64 = 0.05;
 
-/// Mean length of a vector of three standard normal components.
+/// Smallest part of the mean square at left-out postures that is ascribed to the robot and not to the noise.
+const LEAST_OF_ROBOT: f64 = 0.05;
+
+/// Standard deviation of the length of a vector of three standard normal components, as a share of its mean:
+/// `sqrt(3 pi / 8 - 1)`.
+const SPREAD_OF_LENGTH: f64 = 0.42;
+
+/// One-sigma of the level however many the postures, as a share of it (assumed).
+const UNKNOWN: f64 = 0.05;
+
+/// Mean length of a vector of three standard normal components: `sqrt(8 / pi)`.
 pub(crate) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 impl Level {
     /// Computes the level from an examined fit.
-    pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Self {
+    ///
+    /// # Errors
+    /// When an inner product is not finite.
+    pub fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, FitError> {
         let Examination { contexts, problem, fit, .. } = examination;
         let unit = examination.squared_units();
         let samples = contexts.len().max(1) as f64;
@@ -44,22 +57,22 @@ impl Level {
         } else {
             0.0
         };
-        let measured2 = |folds: &[usize]| {
-            let missed = cross_validated_positions(examination, folds);
+        let measured2 = |folds: &[usize]| -> Result<f64, FitError> {
+            let missed = cross_validated_positions(examination, folds)?;
             let length = |s: usize| (missed[s] * unit[s] * 3.0 / contexts[s].positions as f64).sqrt();
-            (clipped_mean((0..contexts.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
+            Ok((clipped_mean((0..contexts.len()).map(length).collect()) / MEAN_LENGTH).powi(2))
         };
-        let of_robot = |measured2: f64| (measured2 - noise2).max(0.05 * measured2);
-        let by_postures = measured2(&random_folds(contexts));
+        let of_robot = |measured2: f64| (measured2 - noise2).max(LEAST_OF_ROBOT * measured2);
+        let by_postures = measured2(&random_folds(contexts))?;
         let left_out = MEAN_LENGTH * of_robot(by_postures).sqrt();
-        Level {
+        let by_places = places(examination, datasets).map(|p| measured2(&p)).transpose()?;
+        Ok(Level {
             left_out,
-            places_left_out: places(examination, datasets)
-                .map(|p| (MEAN_LENGTH * of_robot(measured2(&p)).sqrt()).max(left_out)),
+            places_left_out: by_places.map(|measured2| (MEAN_LENGTH * of_robot(measured2).sqrt()).max(left_out)),
             share: of_robot(by_postures) / by_postures.max(f64::MIN_POSITIVE),
             noise: noise2.sqrt(),
-            spread: 0.05 + 0.42 / (crate::diagnosis::folds::postures(contexts).count().max(1) as f64).sqrt(),
-        }
+            spread: UNKNOWN + SPREAD_OF_LENGTH / (crate::diagnosis::folds::postures(contexts).count().max(1) as f64).sqrt(),
+        })
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Extrapolation {
     pub joints: Vec<OutsideRange>,
     /// Effects of the model whose dependence on a joint angle is known only within the range of identification; beyond
     /// it, their values are extrapolated.
-    pub shapes: Vec<String>,
+    pub shapes: Vec<EffectId>,
     /// The families to which these effects belong.
     pub registry: Registry,
 }
@@ -100,7 +100,7 @@ impl Extrapolation {
             };
             joints.iter().any(follows)
         };
-        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).map(|id| id.whole().to_owned()).collect();
+        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).cloned().collect();
         Extrapolation { poses: count, outside, joints, shapes, registry: model.registry.clone() }
     }
 

@@ -34,10 +34,10 @@ use crate::residuals::noise::JointSteps;
 const MOST: usize = 200;
 
 /// Prior one-sigma of parameters that the fit does not regularise (links and compliances), in plausible sizes; at least
-/// this.
+/// this (decision 0026).
 const FREE: f64 = 4.0;
 
-/// Prior one-sigma of frames, in plausible sizes: practically unconstrained.
+/// Prior one-sigma of frames, in plausible sizes: practically unconstrained (decision 0026).
 const ANYWHERE: f64 = 1e3;
 
 /// Degrees of freedom that a stated noise is worth: an error of a third is not unusual.

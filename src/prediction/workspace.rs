@@ -199,7 +199,7 @@ impl WorkspaceError {
         let posterior = Posterior::of(datasets, examination, worker)?;
         let mut errors = posterior.errors(&there, examination, &mut random)?;
         rein_in(&mut errors);
-        let level = Level::of(datasets, examination);
+        let level = Level::of(datasets, examination)?;
         let seen = seen(examination, &there, poses);
         hold_to_level(&mut errors, &seen, &level, examination);
         let widened: Vec<f64> = (0..errors.ncols())

@@ -15,6 +15,7 @@ use std::collections::HashSet;
 use crate::effects::registry::Registry;
 use crate::identify::Application;
 use crate::identify::calibration::{Calibration, IdentifyError};
+use crate::identify::fit::FitError;
 use crate::identify::problem::Use;
 use crate::math::rms;
 use crate::measure::dataset::{NamedDataset, Sample};
@@ -91,8 +92,9 @@ impl Comparison {
             .map(|(s, &group)| NoisySample { group, whitened: s.whitener * s.residual, height: s.height, variance: s.variance })
             .collect();
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
-        let (fit_relation, known) = fit_relation::of(calibration, &application, datasets, which, &noise);
-        let whitened = Whitened::new(problem, values, &known);
+        let (fit_relation, known) =
+            fit_relation::of(calibration, &application, datasets, which, &noise).map_err(FitError::from)?;
+        let whitened = Whitened::new(problem, values, &known).map_err(FitError::from)?;
         let rms = rms(&seen.iter().map(|s| s.residual).collect::<Vec<_>>());
         let lack_of_fit = LackOfFit::of(&noise, rms, &whitened, problem.row_count());
 
@@ -101,7 +103,7 @@ impl Comparison {
         layout.acquit(&fit_relation.refitted, datasets);
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
-        let scores = Scores::new(&whitened, &known, &places, layout.patterns(), &mut show);
+        let scores = Scores::new(&whitened, &known, &places, layout.patterns(), &mut show).map_err(FitError::from)?;
         // If the stated noise exceeds the whole residual, it would hide every defect; the views are then judged by the
         // remaining residuals.
         let noise_scale = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };

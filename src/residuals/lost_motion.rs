@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::noise_floor::fisher_chance;
 
-/// Probability in each tail of the confidence interval.
+/// Probability in each tail of the confidence interval (intervals of 95 %, docs/repeatability.md).
 const TAIL: f64 = 0.025;
 
 /// Reversals of one joint at one station.

@@ -15,7 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 /// Confidence level of all intervals.
 pub(crate) const CONFIDENCE: f64 = 0.95;
 
-/// Replicates contradict the stated noise if the probability of their scatter is below this.
+/// Replicates contradict the stated noise if the probability of their scatter is below this (docs/comparing.md).
 pub(crate) const CONTRADICTION: f64 = 1e-3;
 
 /// Source of the noise estimate.

@@ -20,7 +20,7 @@ use crate::measure::campaign::repeatability::{Return, Reversal, StationRecord};
 const DRAWS: usize = 1000;
 /// Fixed seed ("RP" in ASCII): the same returns give the same interval.
 const SEED: u64 = 0x5250;
-/// Probability in each tail of the confidence interval.
+/// Probability in each tail of the confidence interval (intervals of 95 %, docs/repeatability.md).
 const TAIL: f64 = 0.025;
 
 /// Repeatability of positions attained at one target.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::identify::Prediction;
+use crate::math::quantile;
 
 /// Statistics of position errors over poses, m.
 ///
@@ -130,13 +131,6 @@ impl Validation {
             })
             .collect()
     }
-}
-
-/// Quantile of ascending values, by linear interpolation between order statistics (Hyndman and Fan's type 7).
-fn quantile(ascending: &[f64], p: f64) -> f64 {
-    let at = p * (ascending.len() - 1) as f64;
-    let (low, high) = (at.floor() as usize, at.ceil() as usize);
-    ascending[low] + (at - low as f64) * (ascending[high] - ascending[low])
 }
 
 #[cfg(test)]

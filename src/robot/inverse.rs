@@ -14,6 +14,7 @@ use super::kinematics::Posture;
 use super::rel_tool::screw;
 use super::sites::SiteIndex;
 use super::{FramePose, Pose, Robot, rotation_vector};
+use crate::math::positive_definite::cholesky;
 
 /// A kinematic model that gives the pose of the tool and its motion with each joint: the nominal arm, or a calibrated one.
 pub trait Kinematics {
@@ -215,7 +216,8 @@ impl InverseKinematics {
                 let column = self.jacobian.column(i);
                 gram.ger(1.0, &column, &column, 1.0);
             }
-            let Some(factor) = gram.cholesky() else { return 0.0 };
+            // Damped, it is positive definite while it is finite. A slope of zero ends the search, and the pose counts as not reached.
+            let Ok(factor) = cholesky(gram) else { return 0.0 };
             let weights = factor.solve(error);
             let step = |i: usize| self.jacobian.column(i).dot(&weights);
             let largest = (0..n).filter(|&i| !self.held[i]).map(|i| step(i).abs()).fold(0.0, f64::max);

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::kinematics::Posture;
 use super::sites::SiteIndex;
 use super::{FramePose, Robot};
+use crate::math::positive_definite::cholesky;
 
 /// After a Newton step this small (rad) the next would be its square, below the rounding of the pose.
 const LAST_STEP: f64 = 1e-7;
@@ -108,7 +109,7 @@ impl RelTool {
         Err(RelToolError::Singular)
     }
 
-    /// Performs one Newton step; returns the largest joint motion in it.
+    /// Performs one Newton step; returns the largest joint motion in it, `None` at a singular posture or if it is too large.
     fn step(&mut self, error: &Vector6<f64>) -> Option<f64> {
         let n = self.moved.len();
         let mut largest = 0.0;
@@ -131,7 +132,7 @@ impl RelTool {
             for column in self.wide.column_iter() {
                 gram.ger(1.0, &column, &column, 1.0);
             }
-            let weights = gram.cholesky()?.solve(error);
+            let weights = cholesky(gram).ok()?.solve(error);
             (0..n).for_each(|i| turn(i, self.wide.column(i).dot(&weights)));
         }
         (largest < LARGEST_STEP).then_some(largest)

@@ -4,9 +4,10 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::hold_out::HoldOut;
-use super::ladder::{Climb, LadderStep, RefusedStep, next_step, step};
+use super::ladder::{LadderProgress, LadderStep, RefusedStep, next_step, step};
 use super::objections::Objection;
 use crate::diagnosis::Verdict;
+use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 
@@ -69,8 +70,8 @@ impl Advice {
         if let Some(to_do) = without_step {
             return Ok(Advice { to_do, step: None, refused });
         }
-        let next = next_step::<Infallible>(datasets, below, ground, &mut |climb| {
-            if let Climb::Refused(step) = climb {
+        let next = next_step::<Infallible>(datasets, below, ground, &mut |progress| {
+            if let LadderProgress::Refused(step) = progress {
                 refused.push(step.clone());
             }
             ControlFlow::Continue(())
@@ -91,7 +92,7 @@ impl Advice {
 
     /// The effects of the step.
     #[must_use]
-    pub fn effects(&self) -> &[String] {
+    pub fn effects(&self) -> &[EffectId] {
         self.step.as_ref().map_or(&[], |step| &step.added)
     }
 }
@@ -104,6 +105,6 @@ fn curve(
     ground: HoldOut<'_>,
 ) -> Result<Option<Box<LadderStep>>, IdentifyError> {
     let Some(curve) = below.diagnosis.shape() else { return Ok(None) };
-    let step = step(datasets, below, &curve.added_to(&below.model), vec![curve.effect_name()], ground)?;
+    let step = step(datasets, below, &curve.added_to(&below.model), vec![curve.effect_name().into()], ground)?;
     Ok((!step.objections(below).iter().any(Objection::refuses)).then(|| Box::new(step)))
 }

@@ -6,6 +6,7 @@ use crate::diagnosis::cross_validation::{cross_validated_positions, folds};
 use crate::diagnosis::folds::postures;
 use crate::effects;
 use crate::identify::calibration::Calibration;
+use crate::identify::fit::FitError;
 use crate::identify::problem::Use;
 use crate::identify::{Model, identify};
 use crate::measure::dataset::NamedDataset;
@@ -50,15 +51,21 @@ pub struct FitScores {
 
 impl FitScores {
     /// Scores an examined model; `field` is the field that it holds, if that was found from these data.
+    ///
+    /// # Errors
+    /// When an inner product is not finite.
     pub(crate) fn of(
         datasets: &[NamedDataset<'_>],
         model: &Model,
         examination: &Examination,
         field: Option<&HeldField>,
-    ) -> Self {
+    ) -> Result<Self, FitError> {
         let calibration = examination.calibration(datasets);
-        let blocks = field.map_or_else(|| blocks(examination), |field| blocks_of_field(examination, field));
-        FitScores {
+        let blocks = match field {
+            Some(field) => blocks_of_field(examination, field),
+            None => blocks(examination)?,
+        };
+        Ok(FitScores {
             model: model.clone(),
             fit: examination.fit.rms,
             // A sample that is excluded no longer counts.
@@ -68,7 +75,7 @@ impl FitScores {
             symptoms: Symptom::of(&calibration, datasets),
             blocks,
             calibration,
-        }
+        })
     }
 }
 
@@ -114,10 +121,10 @@ fn is_aside(model: &Model, sample: &str) -> bool {
 }
 
 /// Name of each sample, and its squared residual in blocked cross-validation, m².
-fn blocks(examination: &Examination) -> Vec<(String, f64)> {
+fn blocks(examination: &Examination) -> Result<Vec<(String, f64)>, FitError> {
     let Examination { contexts, rows, fit, .. } = examination;
     let setups = contexts.iter().map(|c| c.setup + 1).max().unwrap_or(0);
-    let predicted = cross_validated_positions(examination, &folds(contexts));
+    let predicted = cross_validated_positions(examination, &folds(contexts))?;
     let (mut fitted, mut residual) = (vec![0.0; setups], vec![0.0; setups]);
     let last = rows.nrows() - 1;
     for (at, r) in contexts.iter().zip(examination.problem.residuals(&fit.values)) {
@@ -127,7 +134,7 @@ fn blocks(examination: &Examination) -> Vec<(String, f64)> {
     // The squares are computed whitened; the ratio of residual to whitened squares of the set-up converts them to m².
     let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
     let squares = contexts.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
-    examination.problem.sample_ids().iter().cloned().zip(squares).collect()
+    Ok(examination.problem.sample_ids().iter().cloned().zip(squares).collect())
 }
 
 /// The same of a model with a field, which was not found from what is predicted. Samples that took no part in finding it count

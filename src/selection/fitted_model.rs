@@ -10,7 +10,7 @@ use super::objections::{Compared, Objection, Scored};
 use super::recommend::Gain;
 use super::recommend::steps::gains;
 use crate::diagnosis::Examination;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -32,7 +32,7 @@ impl FittedModel {
     pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let examination = Examination::with(datasets, model, Vec::new())?;
         let field = HeldField::of_model(datasets, model);
-        let scores = FitScores::of(datasets, model, &examination, field.as_ref());
+        let scores = FitScores::of(datasets, model, &examination, field.as_ref())?;
         Ok(FittedModel { scores: Arc::new(scores), examination, field })
     }
 
@@ -62,7 +62,7 @@ impl FitScores {
     /// expected over the workspace, which refuses no step, is not looked at.
     pub fn objections(
         &self,
-        added: &[String],
+        added: &[EffectId],
         gains: &[Gain],
         before: &FitScores,
         below: Option<&LadderStep>,
@@ -73,7 +73,7 @@ impl FitScores {
 }
 
 /// True if a step can be judged only after the diagnosis of the model before it, which may advise it.
-pub fn needs_diagnosis(added: &[String]) -> bool {
+pub fn needs_diagnosis(added: &[EffectId]) -> bool {
     added.iter().any(|effect| effects::catalogue::set_aside_by(effect).is_some())
 }
 

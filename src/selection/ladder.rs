@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 
 use progress::{Interrupted, Observer, report, unobserved};
 
-pub use progress::Climb;
+pub use progress::LadderProgress;
 pub use step::{LadderStep, add, ladder_step, step};
 
 use super::hold_out::HoldOut;
@@ -66,7 +66,7 @@ pub enum StopReason {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefusedStep {
     /// The effects that it would add, as ids: one, or all samples that disagree with the others.
-    pub effects: Vec<String>,
+    pub effects: Vec<EffectId>,
     /// The objections to it.
     pub objections: Vec<Objection>,
 }
@@ -142,7 +142,7 @@ pub fn observed_ladder<B>(
     datasets: &[NamedDataset<'_>],
     model: &Model,
     ground: HoldOut<'_>,
-    observer: &mut dyn FnMut(Climb<'_>) -> ControlFlow<B>,
+    observer: &mut dyn FnMut(LadderProgress<'_>) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Ladder>, IdentifyError> {
     match run(datasets, model, ground, observer) {
         Ok(ladder) => Ok(ControlFlow::Continue(ladder)),
@@ -158,7 +158,7 @@ fn run<B>(
     observer: &mut Observer<'_, B>,
 ) -> Result<Ladder, Interrupted<B>> {
     let mut steps = vec![ladder_step(datasets, model, ground)?];
-    report(observer, Climb::Reached(&steps[0]))?;
+    report(observer, LadderProgress::Reached(&steps[0]))?;
     let top = loop {
         let below = &steps[steps.len() - 1];
         if below.diagnosis.verdict.is_noise() {
@@ -173,15 +173,15 @@ fn run<B>(
         }
         match next_step(datasets, below, ground, observer)? {
             Ok(next) => {
-                report(observer, Climb::Reached(&next))?;
+                report(observer, LadderProgress::Reached(&next))?;
                 steps.push(*next);
             }
             Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
-    report(observer, Climb::Choosing)?;
+    report(observer, LadderProgress::Choosing)?;
     let first = &steps[0];
-    let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
+    let added: Vec<EffectId> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
@@ -198,7 +198,7 @@ fn run<B>(
         }
     }
     if let Some(ladder_step) = &other {
-        report(observer, Climb::Reached(ladder_step))?;
+        report(observer, LadderProgress::Reached(ladder_step))?;
     }
     let first = &steps[0];
     let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
@@ -232,8 +232,8 @@ fn choose(
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
         }
-        let climbed = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
-        let reached = match climbed {
+        let known = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
+        let reached = match known {
             Some(_) => None,
             None => match readily_fitted(datasets, &choice.model, ground) {
                 Some(ladder_step) => {
@@ -242,7 +242,7 @@ fn choose(
                 None => continue,
             },
         };
-        let Some(taken) = reached.as_ref().or(climbed) else { continue };
+        let Some(taken) = reached.as_ref().or(known) else { continue };
         // If the first fit did not converge, a choice must also improve the error when it is refitted without each
         // block in turn.
         if taken.calibration.unconverged().is_some()
@@ -300,7 +300,7 @@ pub(super) fn next_step<B>(
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
-        report(observer, Climb::Trying(&suspects))?;
+        report(observer, LadderProgress::Trying(&suspects))?;
         let objections = match add(datasets, below, &suspects, ground) {
             Ok(next) => {
                 let mut objections = next.objections(below);
@@ -313,7 +313,7 @@ pub(super) fn next_step<B>(
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
         let refused = RefusedStep { effects: suspects.clone(), objections };
-        report(observer, Climb::Refused(&refused))?;
+        report(observer, LadderProgress::Refused(&refused))?;
         tried.push(refused);
     }
     let mut effects = candidates(&below.diagnosis);
@@ -332,8 +332,8 @@ pub(super) fn next_step<B>(
         order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
     }
     for k in order {
-        let effect = [effects[k].to_string()];
-        report(observer, Climb::Trying(&effect))?;
+        let effect = [effects[k].clone()];
+        report(observer, LadderProgress::Trying(&effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
             None => match add(datasets, below, &effect, ground) {
@@ -348,7 +348,7 @@ pub(super) fn next_step<B>(
             },
         };
         let refused = RefusedStep { effects: effect.to_vec(), objections };
-        report(observer, Climb::Refused(&refused))?;
+        report(observer, LadderProgress::Refused(&refused))?;
         tried.push(refused);
     }
     Ok(Err(tried))

@@ -6,7 +6,7 @@ use super::recommend::Gain;
 use super::withdrawal::Contradiction;
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::folds::Division;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::prediction::WorkspaceError;
 
 /// Smallest share by which the cross-validated rms or the predicted error must decrease to count as an improvement.
@@ -100,7 +100,7 @@ pub(crate) struct Scored<'a> {
 /// A step from one model to another.
 pub(crate) struct Compared<'a> {
     /// The effects added.
-    pub added: &'a [String],
+    pub added: &'a [EffectId],
     /// Their gains.
     pub gains: &'a [Gain],
     pub before: Scored<'a>,

@@ -5,7 +5,8 @@ use crate::identify::problem::Use;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
-/// Number of standard errors of the paired differences by which the squared errors must increase to count as worse.
+/// Number of standard errors of the paired differences by which the squared errors must increase to count as worse (decision
+/// 0025).
 const SIGNIFICANT: f64 = 2.0;
 
 /// Share by which the rms must increase as well.

@@ -2,6 +2,8 @@
 #![cfg(test)]
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
+mod constants_say_why;
+mod factors_do_not_fall_back;
 mod facts_are_no_text;
 mod families_are_named_once;
 mod nothing_is_installed;

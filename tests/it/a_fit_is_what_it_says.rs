@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::calibration::{read_calibration, write_calibration};
 use calibench::identify::fit::{Fit, Outcome, check_nested, fit, fit_larger, independent_parameters};
@@ -218,7 +219,7 @@ fn judge(data: &Dataset, extras: &[&str], smaller: &[(&Problem, &Fit)], file: &P
     }
     let c = Calibration::of(&named, &model, &problem, &found);
     write_calibration(&c, file).unwrap();
-    let read = rms(&read_calibration(file).unwrap(), data);
+    let read = rms(&read_calibration(file, Registry::catalogue()).unwrap(), data);
     if (read - c.rms).abs() > 1e-6 * c.rms {
         wrong.push(format!("{:.6} mm printed, {:.6} mm read back", c.rms / MM, read / MM));
     }

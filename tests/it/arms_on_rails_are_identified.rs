@@ -10,7 +10,7 @@ use calibench::compensate::conditions::Conditions;
 use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
 use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Desired, Target, Task};
-use calibench::effects::registry::ids;
+use calibench::effects::registry::{Registry, ids};
 use calibench::effects::{Subject, build};
 use calibench::identify::calibration::{Calibration, read_calibration, write_calibration};
 use calibench::identify::problem::Use;
@@ -214,7 +214,7 @@ fn zero_and_gain_of_a_slide_are_in_its_own_units() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("calibration.toml");
     write_calibration(&c, &path).unwrap();
-    let read = read_calibration(&path).unwrap();
+    let read = read_calibration(&path, Registry::catalogue()).unwrap();
     assert!(read.robot.is_same_arm(&c.robot) && read.estimate("joint_scale:1.s").is_some());
 }
 

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use calibench::effects::Subject;
+use calibench::effects::registry::Registry;
 use calibench::files::FileError;
 use calibench::identify::calibration::read_calibration;
 use calibench::identify::model_file::read_model;
@@ -287,7 +288,7 @@ const TABLE: &str = "nr,j1,j2,j3,j4,j5,j6,x,y,z
 ";
 
 fn calibration(folder: &Path) -> Result<(), FileError> {
-    read_calibration(&folder.join("calibration.toml")).map(drop)
+    read_calibration(&folder.join("calibration.toml"), Registry::catalogue()).map(drop)
 }
 
 fn plan(folder: &Path) -> Result<(), FileError> {

@@ -86,7 +86,7 @@ fn a_few_lines_of_toml_make_an_effect() {
     // A calibration keeps its effects, and predicts with them when it is read again.
     let file = folder.path().join("calibration.toml");
     write_calibration(&Calibration { robot_reference: "kr6_r700".into(), ..calibration.clone() }, &file).unwrap();
-    let read = read_calibration(&file).unwrap();
+    let read = read_calibration(&file, Registry::catalogue()).unwrap();
     assert_eq!(read.model.own, model.own);
     let errors = |c: &Calibration| c.predict(&[NamedDataset::new("d", &data)], Use::All).unwrap().residuals;
     let apart = errors(&calibration).iter().zip(errors(&read)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -214,6 +214,32 @@ fn a_family_of_a_third_party_is_fitted_and_offered_like_any_other() {
     let error = identify(&[NamedDataset::new("d", &data)], &unknown).unwrap_err().to_string();
     assert!(error.contains("'cable_drag'"), "{error}");
     assert!(matches!(model.registry.clone().with(&CABLE), Err(EffectError::Taken { .. })));
+}
+
+#[test]
+fn a_calibration_with_a_family_of_a_third_party_is_read_by_those_who_know_it() {
+    let registry = Registry::default().with(&CABLE).unwrap();
+    let model = Model { registry: registry.clone(), ..Model::of(&["base_frame", "mdh", "cable_drag"]) };
+    let data = measured(&model);
+    let data = [NamedDataset::new("d", &data)];
+    let calibration = Calibration { robot_reference: "kr6_r700".into(), ..identify(&data, &model).unwrap() };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("calibration.toml");
+    write_calibration(&calibration, &file).unwrap();
+
+    let read = read_calibration(&file, &registry).unwrap();
+    assert_eq!((&read.model.effects, &read.model.registry), (&model.effects, &registry));
+    let of_cable = |c: &Calibration| c.estimate("cable_drag.c").map(|e| (e.value, e.effect.clone()));
+    let ((written, _), (value, effect)) = (of_cable(&calibration).unwrap(), of_cable(&read).unwrap());
+    assert_eq!(effect, "cable_drag");
+    assert!((value - written).abs() < 1e-9 * URAD, "files keep nine decimals");
+    let errors = |c: &Calibration| c.predict(&data, Use::All).unwrap().residuals;
+    let apart = errors(&calibration).iter().zip(errors(&read)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(apart < 1e-9, "files keep nine decimals, and these predictions are {apart} m apart");
+
+    // Who does not know the family is told so, at its line.
+    let error = read_calibration(&file, Registry::catalogue()).unwrap_err();
+    assert!(error.line.is_some() && error.problem.contains("'cable_drag'"), "{error}");
 }
 
 /// A hundred and fifty points of a robot that truly has the effects of `model` at [`TRUE_COEFFICIENTS`], and noise.

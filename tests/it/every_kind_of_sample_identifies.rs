@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
 use calibench::identify::problem::{ProblemError, Use};
 use calibench::identify::{Model, identify};
@@ -284,7 +285,7 @@ fn several_folders_are_one_robot_with_its_own_base_and_tool_in_each() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("both.toml");
     write_calibration(&both, &path).unwrap();
-    let read = read_calibration(&path).unwrap();
+    let read = read_calibration(&path, Registry::catalogue()).unwrap();
     let (of_a, of_b) = (NamedDataset::new("A", &a), NamedDataset::new("B", &b));
     for judged in [&[of_a, of_b][..], &[of_b], &[of_a]] {
         let (before, after) = (both.predict(judged, Use::Validation).unwrap(), read.predict(judged, Use::Validation).unwrap());

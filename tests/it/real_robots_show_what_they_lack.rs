@@ -150,7 +150,7 @@ fn a_step_that_harms_another_campaign_is_refused() {
     let below = rung_of(&named, &with(&["harmonic:2:17"]));
     // The first joint's 17 per turn is A's; B, where that joint stood elsewhere, is predicted worse with it.
     assert_eq!(found(&below.diagnosis)[0], "harmonic:1:17");
-    let next = add(&named, &below, &["harmonic:1:17".to_owned()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
+    let next = add(&named, &below, &["harmonic:1:17".into()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
     println!("all together, blocks left out: {:.4} mm, then {:.4} mm", below.cross_validated / MM, next.cross_validated / MM);
     assert!(next.cross_validated < below.cross_validated, "the sum of all would have hidden it");
     let objections = next.objections(&below);
@@ -168,7 +168,7 @@ fn a_step_that_harms_a_campaign_that_only_judges_is_refused() {
     let (fitted, checks) = ([NamedDataset::new("A", &a)], [NamedDataset::new("B", &b)]);
     let ground = HoldOut { checks: &checks, ..NOTHING_ELSE };
     let below = ladder_step(&fitted, &with(&["harmonic:2:17"]), ground).unwrap_or_else(|e| panic!("{e}"));
-    let next = add(&fitted, &below, &["harmonic:1:17".to_owned()], ground).unwrap_or_else(|e| panic!("{e}"));
+    let next = add(&fitted, &below, &["harmonic:1:17".into()], ground).unwrap_or_else(|e| panic!("{e}"));
     let objections = next.objections(&below);
     println!("B not fitted: {objections:?}");
     let [only] = &objections[..] else { panic!("A itself gains: {objections:?}") };
@@ -210,7 +210,7 @@ fn panda_is_compliant_before_it_is_anything_else() {
     println!("Panda 3: {:.4} mm, {:?}: {:?}", below.fit / MM, below.diagnosis.verdict, found(&below.diagnosis));
     assert_eq!(below.diagnosis.verdict, Verdict::Identified);
     assert_eq!(found(&below.diagnosis)[0], "joint_compliance");
-    let next = add(&named, &below, &["joint_compliance".to_owned()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
+    let next = add(&named, &below, &["joint_compliance".into()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
     let rms = [&below, &next].map(|r| r.cross_validated / MM);
     println!("blocks left out, of every ball: {:.4} mm, then {:.4} mm", rms[0], rms[1]);
     // A place left out altogether: 0.214 and 0.177 mm, by an independent analysis.

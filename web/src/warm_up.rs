@@ -17,6 +17,7 @@ use serde_json::json;
 use crate::host::Host;
 use crate::opening::{Opening, open_datasets};
 
+/// Number of made-up samples.
 const SAMPLES: usize = 60;
 
 /// Calibrates a robot whose base is not where it should be, and forgets it.

@@ -8,8 +8,8 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 
 use calibench::compensate::{Compensator, Task};
 use calibench::diagnosis::Examination;
-use calibench::effects::Subject;
 use calibench::effects::registry::Registry;
+use calibench::effects::{EffectId, Subject};
 use calibench::files::{FileError, with_reasons};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError};
@@ -17,7 +17,7 @@ use calibench::identify::model_file::read_model;
 use calibench::planning::pool::CellLayout;
 use calibench::planning::propose;
 use calibench::residuals::misfit::unbelievable;
-use calibench::selection::ladder::{Climb, observed_ladder};
+use calibench::selection::ladder::{LadderProgress, observed_ladder};
 use calibench::selection::recommend::Gain;
 use calibench::selection::{Objection, needs_diagnosis, step_gains};
 use serde_json::{Value, json};
@@ -104,15 +104,15 @@ impl Bench {
         let is_cancelled = || self.cancelled.load(Ordering::SeqCst) != cancelled;
         // The ladder takes long, and keeps no other action waiting.
         let Judged { moment: here, page_model, .. } = self.judged()?;
-        let mut observe = |climb: Climb<'_>| {
+        let mut observe = |progress: LadderProgress<'_>| {
             if is_cancelled() {
                 return ControlFlow::Break(());
             }
-            self.tell(&narrated(&here.model.registry, &climb));
+            self.tell(&in_words(&here.model.registry, &progress));
             ControlFlow::Continue(())
         };
-        let climbed = self.subject(&here, |s| observed_ladder(s.datasets, &here.model, page_model.ground(), &mut observe))?;
-        let ControlFlow::Continue(climbed) = climbed else { return Err(Refusal::Cancelled) };
+        let ladder = self.subject(&here, |s| observed_ladder(s.datasets, &here.model, page_model.ground(), &mut observe))?;
+        let ControlFlow::Continue(ladder) = ladder else { return Err(Refusal::Cancelled) };
         let _alone = self.act();
         if is_cancelled() {
             return Err(Refusal::Cancelled);
@@ -120,8 +120,8 @@ impl Bench {
         if !self.here().is(&here) {
             return Err(Refusal::Changed);
         }
-        let advice = advice(&climbed);
-        let mut answer = self.go_on_to(&here, &climbed.recommended().model)?;
+        let advice = advice(&ladder);
+        let mut answer = self.go_on_to(&here, &ladder.recommended().model)?;
         answer["advice"] = json!(advice);
         Ok(answer)
     }
@@ -232,14 +232,15 @@ impl Bench {
         if added.is_empty() {
             return Ok(Vec::new());
         }
-        let below = if needs_diagnosis(added) { Some(self.judged()?.page_model) } else { None };
+        let added: Vec<EffectId> = added.iter().map(EffectId::from).collect();
+        let below = if needs_diagnosis(&added) { Some(self.judged()?.page_model) } else { None };
         let mut state = self.state();
         let Some(scores) = state.set_mut(before).map(|set| set.scores.clone()) else { return Ok(Vec::new()) };
         let Some(set) = state.set_mut(after) else { return Ok(Vec::new()) };
         if set.gains_over(&before.model).is_none() {
             set.gains.push((before.model.clone(), gains.to_vec()));
         }
-        Ok(set.scores.objections(added, gains, &scores, below.as_ref().map(|p| &p.ladder_step)))
+        Ok(set.scores.objections(&added, gains, &scores, below.as_ref().map(|p| &p.ladder_step)))
     }
 
     /// The answer to an action: true if it was done, the objections to it, and the figures of the fit before and after; the
@@ -378,11 +379,11 @@ impl Bench {
 }
 
 /// A step of the ladder as it is run, in one line.
-fn narrated(registry: &Registry, climb: &Climb<'_>) -> String {
-    match climb {
-        Climb::Trying(effects) => format!("Trying {} …", each_called(registry, effects)),
-        Climb::Refused(step) => capital(&not_added_sentence(registry, step, 1)),
-        Climb::Reached(step) => ladder_step_sentence(step),
-        Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
+fn in_words(registry: &Registry, progress: &LadderProgress<'_>) -> String {
+    match progress {
+        LadderProgress::Trying(effects) => format!("Trying {} …", each_called(registry, effects)),
+        LadderProgress::Refused(step) => capital(&not_added_sentence(registry, step, 1)),
+        LadderProgress::Reached(step) => ladder_step_sentence(step),
+        LadderProgress::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
     }
 }

@@ -7,6 +7,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use calibench::effects::EffectId;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::selection::FittedModel;
@@ -191,6 +192,7 @@ impl Bench {
         let Judged { moment, page_model, before } = &judged;
         let gains = before.as_ref().and_then(|b| self.gains_over(moment, &b.ladder_step.model));
         let [added, _] = &moment.changed;
+        let added: Vec<EffectId> = added.iter().map(EffectId::from).collect();
         let step = LadderStep { added: added.clone(), gains: gains.unwrap_or_default(), ..page_model.ladder_step.clone() };
         let below: Vec<&LadderStep> = before.iter().map(|b| &b.ladder_step).collect();
         let rung = moment.with_removed(documents::to_value(&documents::LadderStep::of(&step, &below)));

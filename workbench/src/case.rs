@@ -65,7 +65,7 @@ impl Case {
             model,
             commands: commands.clone(),
             commands_from: self.commands_from.clone(),
-            climb: false,
+            whole_ladder: false,
             campaign: self.campaign.as_ref(),
             pictures: &self.pictures,
             run: self.run.as_ref(),

@@ -128,7 +128,7 @@ impl Wanted {
             Wanted::Effect(_) => StepError::Data,
             Wanted::Curve { .. } => StepError::Model,
         };
-        step(datasets, before, &wider, vec![added], ground).map_err(wrong)
+        step(datasets, before, &wider, vec![added.into()], ground).map_err(wrong)
     }
 }
 

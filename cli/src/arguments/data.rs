@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use calibench::diagnosis::Examination;
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration};
 use calibench::identify::fit::Outcome;
 use calibench::identify::fleet::{Fleet, FleetJudged, FleetPrior, PriorUsed, identify_with_fleet, read_fleet};
@@ -129,7 +130,7 @@ pub fn forecast(
 
 /// Reads a calibration; warns on standard error if its fit did not converge.
 pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
-    let calibration = read_calibration(path)?;
+    let calibration = read_calibration(path, Registry::catalogue())?;
     if let Some(outcome) = calibration.unconverged() {
         warn(&format!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words()));
     }

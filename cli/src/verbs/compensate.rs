@@ -14,6 +14,7 @@ use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
 use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensated, Compensator, Fake, Target, Task, Uncertainty};
 use calibench::effects::Needs;
+use calibench::effects::registry::Registry;
 use calibench::files::FileError;
 use calibench::files::disk::write_whole;
 use calibench::identify::calibration::{Calibration, read_calibration};
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Reads a calibration; refuses one whose fit did not converge, and warns of an undetermined set-up.
 fn converged(path: &Path) -> Result<Calibration, Failure> {
-    let calibration = read_calibration(path)?;
+    let calibration = read_calibration(path, Registry::catalogue())?;
     if let Some(outcome) = calibration.unconverged() {
         let why = "a robot must not be sent anywhere by it; identify it again from more postures, or with fewer effects";
         return Err(format!("{}: the fit {}: {why}", path.display(), outcome.in_words()).into());

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use calibench::diagnosis::shifts::Shifts;
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
 use calibench::identify::fit::Outcome as FitOutcome;
 use calibench::identify::fleet::identify_with_fleet;
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write_calibration(&calibration, path)?;
         // A device or a pipe cannot be read back.
         if path.is_file() {
-            calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
+            calibration.check_residual(&named(&datasets), &read_calibration(path, Registry::catalogue())?)?;
         }
         print_written(path);
     }

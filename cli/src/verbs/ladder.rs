@@ -9,7 +9,7 @@ use calibench::identify::model_file::{write_model, write_model_like};
 use calibench::identify::problem::Use;
 use calibench::prediction::WorkspacePoses;
 use calibench::selection::hold_out::HoldOut;
-use calibench::selection::ladder::{Climb, LadderStep, observed_ladder};
+use calibench::selection::ladder::{LadderProgress, LadderStep, observed_ladder};
 use calibench::selection::recommend::ChoiceKind;
 use calibench_report::{
     NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
@@ -66,16 +66,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &checks, worker: None };
     let waiting = Waiting::new("diagnosing");
-    let climbed = observed_ladder(&named, &model, ground, &mut |climb| {
-        narrate(&waiting, &model.registry, &climb);
+    let ladder = observed_ladder(&named, &model, ground, &mut |progress| {
+        tell_progress(&waiting, &model.registry, &progress);
         ControlFlow::<Infallible>::Continue(())
     });
     drop(waiting);
-    let ControlFlow::Continue(climbed) =
-        climbed.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
-    let chosen = climbed.recommended();
+    let ControlFlow::Continue(ladder) =
+        ladder.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
+    let chosen = ladder.recommended();
     let written = if arguments.whole {
-        let field = climbed.recommendation.of_kind(ChoiceKind::Field);
+        let field = ladder.recommendation.of_kind(ChoiceKind::Field);
         let none = "there is no model with a field of joint errors: nothing is missing, or these data do not carry one";
         &field.ok_or(none)?.model
     } else {
@@ -95,19 +95,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             outside_range,
             misfit: gate.misfit,
             fleet: fleet.as_ref().map(documents::FleetUsed::of),
-            ..documents::Ladder::of(&climbed)
+            ..documents::Ladder::of(&ladder)
         })?;
         return Ok(Outcome::Done);
     }
     gate.tell()?;
     fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
-    print(ladder_step_table(&climbed.steps.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
-    let steps: Vec<&LadderStep> = climbed.steps.iter().collect();
+    print(ladder_step_table(&ladder.steps.iter().chain(&ladder.other).collect::<Vec<&LadderStep>>()))?;
+    let steps: Vec<&LadderStep> = ladder.steps.iter().collect();
     for (k, ladder_step) in steps.iter().enumerate() {
         added_sentences(&ladder_step.added, &steps[..k]).iter().try_for_each(|sentence| print(sentence))?;
     }
-    for sentence in
-        top_sentences(&climbed.top, climbed.last(), &Recommended::of(&arguments.datasets, arguments.model.as_deref()))
+    for sentence in top_sentences(&ladder.top, ladder.last(), &Recommended::of(&arguments.datasets, arguments.model.as_deref()))
     {
         print(sentence)?;
     }
@@ -123,12 +122,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(NoForecast::of(&chosen.undetermined).to_string())?;
     }
     if is_detailed() {
-        print_detail(choices_text(&climbed));
+        print_detail(choices_text(&ladder));
     }
     disagreement_sentence(chosen, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
-    print_answer(advice(&climbed))?;
+    print_answer(advice(&ladder))?;
     let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
-    in_question_sentence(&climbed, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
+    in_question_sentence(&ladder, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
         print_answer(format!("The {which} is in {}.", path.display()))?;
@@ -137,20 +136,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Prints one line per step, accepted or refused, on standard error.
-fn narrate(waiting: &Waiting, registry: &Registry, climb: &Climb<'_>) {
+fn tell_progress(waiting: &Waiting, registry: &Registry, progress: &LadderProgress<'_>) {
     let say = |line: String| waiting.say(&line);
-    match climb {
-        Climb::Trying(effects) => waiting.now(format!("trying {}", each_called(registry, effects))),
+    match progress {
+        LadderProgress::Trying(effects) => waiting.now(format!("trying {}", each_called(registry, effects))),
         // In the end all refusals are reported together.
-        Climb::Refused(step) if is_detailed() => say(format!("  {}", not_added_sentence(registry, step, 1))),
-        Climb::Reached(ladder_step) => {
+        LadderProgress::Refused(step) if is_detailed() => say(format!("  {}", not_added_sentence(registry, step, 1))),
+        LadderProgress::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));
             if is_detailed() {
                 ladder_step.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
             }
             waiting.now("looking for the next step");
         }
-        Climb::Refused(..) => {}
-        Climb::Choosing => waiting.begin("choosing between the steps and a field of joint errors"),
+        LadderProgress::Refused(..) => {}
+        LadderProgress::Choosing => waiting.begin("choosing between the steps and a field of joint errors"),
     }
 }

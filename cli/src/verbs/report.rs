@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::effects::registry::Registry;
 use calibench::files::disk::write_whole;
 use calibench::identify::Model;
 use calibench::identify::calibration::{IdentifyError, read_calibration};
@@ -83,9 +84,9 @@ pub fn write_report_of(run: &Path) -> Result<(), Failure> {
     Ok(write_whole(&run.join(FILE), page_html(&page.document).as_bytes())?)
 }
 
-fn page(case: &Case, folders: &[PathBuf], model: Option<&Path>, climb: bool) -> Result<Page, Failure> {
+fn page(case: &Case, folders: &[PathBuf], model: Option<&Path>, whole_ladder: bool) -> Result<Page, Failure> {
     let all: Vec<usize> = (0..case.datasets.len()).collect();
-    let page = case.subject(&all, &case.model, &case.commands, |s| Page::new(&PageSubject { climb, ..s.clone() }));
+    let page = case.subject(&all, &case.model, &case.commands, |s| Page::new(&PageSubject { whole_ladder, ..s.clone() }));
     page.map_err(|e| locate_in_case(case, folders, model, &e).into())
 }
 
@@ -98,7 +99,7 @@ fn page_against(case: &Case, arguments: &Arguments, other: &Path) -> Result<Page
     let names = [first_name.as_deref().unwrap_or(own), second_name.as_str()];
     let all: Vec<usize> = (0..case.datasets.len()).collect();
     let page = case.subject(&all, &case.model, &case.commands, |s| {
-        Page::against(&PageSubject { climb: arguments.ladder, ..s.clone() }, &second, names)
+        Page::against(&PageSubject { whole_ladder: arguments.ladder, ..s.clone() }, &second, names)
     });
     page.map_err(|e| match e {
         AgainstError::First(e) => locate_in_case(case, &arguments.folders, model, &e).into(),
@@ -157,7 +158,7 @@ fn passed(case: Case, force: bool, json: bool) -> Result<Case, Failure> {
 fn open_run(run: &Path) -> Result<Case, Failure> {
     let result = Run::read(run)?;
     let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
-    let calibration = read_calibration(&run.join("trical.toml"))?;
+    let calibration = read_calibration(&run.join("trical.toml"), Registry::catalogue())?;
     // Other verbs use the default model without a file.
     let ordinary = calibration.model == Model::default_for(&dataset);
     Ok(Case {

@@ -9,7 +9,7 @@ const token = new URLSearchParams(location.search).get("token") ?? "";
 const LOOK = 700;
 
 /** @type {AbortController | null} */
-let climbing = null;
+let running = null;
 
 /**
  * @param {string | null} what
@@ -55,14 +55,14 @@ async function cancel() {
   await ask("cancel", {}).catch((error) => {
     failed = error;
   });
-  climbing?.abort(failed ?? new Error("Cancelled; the workbench is as it was before."));
+  running?.abort(failed ?? new Error("Cancelled; the workbench is as it was before."));
 }
 
 startBench({
   ask: (what, body) => {
     if (!canCancel(what)) return ask(what, body);
-    climbing = new AbortController();
-    return ask(what, body, climbing.signal);
+    running = new AbortController();
+    return ask(what, body, running.signal);
   },
   follow,
   canCancel,

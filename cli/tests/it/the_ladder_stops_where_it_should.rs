@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::program::{calibench, done, json, run_of, scenario};
 use serde_json::Value;
 
-fn climbed(folder: &Path, arguments: &[&str]) -> Value {
+fn ladder(folder: &Path, arguments: &[&str]) -> Value {
     json(folder, &[&["ladder", "--json"], arguments].concat())
 }
 
@@ -39,7 +39,7 @@ fn one_missing_effect_is_one_rung() {
 fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
     let folder = run_of("paper.toml");
     let at = folder.path();
-    let v = climbed(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
+    let v = ladder(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
     assert_eq!(v["format"], "calibench-ladder/2");
     let steps = v["rungs"].as_array().unwrap();
     assert!(steps.len() >= 2 && steps[1]["added"][0] == "harmonic1:1", "{v}");
@@ -73,7 +73,7 @@ fn a_spring_of_the_wrong_sign_is_called_a_symptom() {
     );
     fs::write(folder.path().join("wrong.toml"), truth).unwrap();
     done(folder.path(), &["run", "wrong.toml", "--out", "run"]);
-    let v = climbed(folder.path(), &["run/trical"]);
+    let v = ladder(folder.path(), &["run/trical"]);
     let symptoms = v["rungs"][0]["symptoms"].as_array().unwrap();
     assert_eq!(symptoms.len(), 1, "{symptoms:?}");
     let said = symptoms[0].as_str().unwrap();

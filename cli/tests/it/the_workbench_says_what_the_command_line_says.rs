@@ -127,12 +127,12 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     // A ladder that nobody waits for any more leads nowhere.
     let here = untimed(bench.get("document"));
     thread::scope(|scope| {
-        let climbing = scope.spawn(|| bench.ask("POST", "/api/recommend", &[], "{}"));
+        let running = scope.spawn(|| bench.ask("POST", "/api/recommend", &[], "{}"));
         while bench.get("progress")["doing"] == "" {
             thread::sleep(Duration::from_millis(5));
         }
         bench.act("cancel", &json!({}));
-        let answer = climbing.join().unwrap();
+        let answer = running.join().unwrap();
         assert!(answer.status == 422 && answer.body.contains("Cancelled; the workbench is as it was"), "{}", answer.body);
     });
     assert_eq!(untimed(bench.get("document")), here);

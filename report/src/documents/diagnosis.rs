@@ -235,7 +235,7 @@ impl Advised {
         let command = (!is_done).then(|| command(advice, d, commands));
         Advised {
             to_do: advice.to_do.name().into(),
-            effects: advice.effects().to_vec(),
+            effects: ids(advice.effects()),
             command,
             refused: advice.refused.iter().map(refused).collect(),
             sentences: next_step_sentences(advice, d, commands),

@@ -6,7 +6,7 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, joined};
+use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag, ids, joined};
 use crate::field::{shares_sentence, unused_sentence};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
@@ -121,7 +121,7 @@ impl Choice {
         Choice {
             field: choice.field.as_ref().map(field),
             kind: choice.kind.name().into(),
-            added: choice.added.clone(),
+            added: ids(&choice.added),
             convinces: choice.convinces(),
             gains: choice.gains.iter().map(Gain::of).collect(),
         }

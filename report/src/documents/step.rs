@@ -1,6 +1,7 @@
 //! Steps of a ladder, and `calibench-step/2`, printed by `add`.
 
 use calibench::diagnosis;
+use calibench::effects::EffectId;
 use calibench::effects::registry::Registry;
 use calibench::identify::calibration::Estimate;
 use calibench::residuals;
@@ -176,7 +177,7 @@ impl Moment {
 
 impl EffectNote {
     /// The notes on the effects `added`, where there are any; `below` holds the earlier steps in order.
-    fn all(added: &[String], below: &[&selection::ladder::LadderStep], registry: &Registry) -> Vec<Self> {
+    fn all(added: &[EffectId], below: &[&selection::ladder::LadderStep], registry: &Registry) -> Vec<Self> {
         let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
         let one = |f: &diagnosis::Finding| EffectNote {
             effect: f.hypothesis.in_model.to_string(),
@@ -241,7 +242,7 @@ impl LadderStep {
         };
         let added = step.calibration.estimates.iter().filter(|e| step.added.iter().any(|added| e.effect == *added));
         LadderStep {
-            added: step.added.clone(),
+            added: ids(&step.added),
             added_words: added_words(&step.added),
             added_notes: EffectNote::all(&step.added, below, &step.model.registry),
             parameters: added.map(parameter).collect(),

@@ -7,6 +7,7 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::ids;
 use crate::workspace::Forecast;
 
 /// Error expected in a part of the workspace.
@@ -172,7 +173,7 @@ impl OutsideRange {
             samples: e.outside,
             of: e.poses,
             joints: e.joints.iter().map(joint).collect(),
-            shapes: e.shapes.clone(),
+            shapes: ids(&e.shapes),
         })
     }
 }

@@ -8,7 +8,7 @@ use crate::documents::{Ladder, LadderStep as StepDocument, joined, to_value};
 use crate::{next_step_sentences, objection_sentence};
 use calibench::identify::calibration::IdentifyError;
 use calibench::selection::hold_out::HoldOut;
-use calibench::selection::ladder::{LadderStep, ladder as climb};
+use calibench::selection::ladder::{self, LadderStep};
 use calibench::selection::{Advice, Objection, ToDo};
 
 /// The ladder as a document; its key `complete` is true if it was run to its end.
@@ -16,13 +16,13 @@ use calibench::selection::{Advice, Objection, ToDo};
 /// # Errors
 /// Those of the ladder.
 pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: HoldOut<'_>) -> Result<Value, IdentifyError> {
-    if subject.climb {
-        let mut climbed = climb(subject.datasets, subject.model, ground)?;
-        climbed.steps = climbed.steps.into_iter().map(|r| judge(r, subject)).collect::<Result<_, _>>()?;
-        climbed.other = climbed.other.map(|r| judge(r, subject)).transpose()?;
-        let mut whole = to_value(&Ladder::of(&climbed));
-        whole["complete"] = json!(true);
-        return Ok(whole);
+    if subject.whole_ladder {
+        let mut whole = ladder::ladder(subject.datasets, subject.model, ground)?;
+        whole.steps = whole.steps.into_iter().map(|r| judge(r, subject)).collect::<Result<_, _>>()?;
+        whole.other = whole.other.map(|r| judge(r, subject)).transpose()?;
+        let mut document = to_value(&Ladder::of(&whole));
+        document["complete"] = json!(true);
+        return Ok(document);
     }
     let judged = Advice::on(subject.datasets, first, ground)?;
     let advice = next_step_sentences(&judged, &first.diagnosis, &subject.commands).join(" ");

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use boon::{Compiler, SchemaIndex, Schemas};
 use calibench::effects::Subject;
+use calibench::effects::registry::Registry;
 use calibench::files::FileError;
 use calibench::identify::calibration::read_calibration;
 use calibench::identify::model_file::read_model;
@@ -101,7 +102,7 @@ fn read(format: &str, path: &Path) -> Result<(), FileError> {
         "robot" => load_robot(path).map(drop),
         "dataset" => read_description(path).map(drop),
         "samples" => read_dataset(beside).map(drop),
-        "calibration" => read_calibration(path).map(drop),
+        "calibration" => read_calibration(path, Registry::catalogue()).map(drop),
         "cell" => read_cell(path).map(drop),
         "scenario" => load_scenario(path).map(drop),
         "run" => documents::Run::read(beside).map(drop),

@@ -77,7 +77,7 @@ impl Case<'_> {
         if self.anew { calibration.set_up_anew() } else { calibration.clone() }
     }
 
-    /// Climbs the ladder on the fitted rows, as a user would, and judges its advice on the others; also returns the calibration
+    /// Runs the ladder on the fitted rows, as a user would, and judges its advice on the others; also returns the calibration
     /// with the default model.
     ///
     /// # Errors
@@ -88,12 +88,12 @@ impl Case<'_> {
         let takes = |s: &Sample| Use::Validation.takes(s);
         let poses: Vec<Vec<f64>> = self.judged.samples.iter().filter(|s| takes(s)).map(|s| s.q.clone()).collect();
         let began = Instant::now();
-        let climbed = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[], worker: None })?;
+        let ladder = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[], worker: None })?;
         let seconds = began.elapsed().as_secs_f64();
         let errors = |c: &Calibration| -> Result<Option<Validation>, IdentifyError> {
             Ok(Validation::of(&self.as_judged(c).predict(&judged, Use::Validation)?))
         };
-        let (first, advised) = (climbed.first(), climbed.recommended());
+        let (first, advised) = (ladder.first(), ladder.recommended());
         let measured = [errors(&first.calibration)?, errors(&advised.calibration)?];
         let geometry = identify(&fitted, &Model::geometry()).and_then(|c| errors(&c)).ok().flatten();
         let rms = |v: &Option<Validation>| v.as_ref().map_or(f64::NAN, |v| v.rms / MM);
@@ -112,7 +112,7 @@ impl Case<'_> {
             geometry_mm: geometry.map(|v| v.rms / MM),
             default_mm: rms(&measured[0]),
             recommended_mm: rms(&measured[1]),
-            kind: climbed.kind().name(),
+            kind: ladder.kind().name(),
             predicted_over_measured: [over(0), over(1)],
             verdict: first.diagnosis.verdict.name(),
             seconds,

@@ -46,17 +46,17 @@ impl Steps {
     }
 }
 
-/// Computes the steps of a calibration; if `climb`, up the ladder too.
+/// Computes the steps of a calibration; with `whole_ladder`, those of the ladder too.
 ///
 /// # Errors
 /// When the data do not match the model or do not determine it.
-pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
+pub fn steps(subject: &Subject, whole_ladder: bool) -> Result<Steps, IdentifyError> {
     let (calibration, dataset) = (&subject.calibration, &subject.dataset);
     let named = [NamedDataset::new(&subject.name, dataset)];
     let left = |name: String, of: &Calibration| Left::new(name, of, &named);
     let models = vec![left("nominal".into(), &calibration.nominal())?, left("calibrated".into(), calibration)?];
     let mut steps = Steps { models, other: None };
-    if climb {
+    if whole_ladder {
         let poses = WorkspacePoses::of(&named);
         let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
         let ladder = ladder(&named, &calibration.model, ground)?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration};
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::file::read_dataset;
@@ -63,7 +64,7 @@ impl Subject {
     fn of_run(folder: &Path) -> Result<Self, ViewError> {
         let result = Run::read(folder)?;
         let dataset = read_dataset(&folder.join(TRICAL))?;
-        let calibration = read_calibration(&folder.join("trical.toml"))?;
+        let calibration = read_calibration(&folder.join("trical.toml"), Registry::catalogue())?;
         let validation = folder.join("validation");
         let validation = validation.is_dir().then(|| read_dataset(&validation)).transpose()?;
         let subject = Subject {

@@ -51,7 +51,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Highest order of the Fourier series of a curve, per revolution.
+/// Highest order of the Fourier series of a curve, per revolution (docs/hunting-a-missing-effect.md).
 const ORDERS: usize = 40;
 
 /// Highest order of a band.

@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 use super::super::{FittedRows, Model};
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
+use crate::effects::registry::Registry;
 use crate::effects::{self, EffectId, Subject};
 use crate::files::disk::is_file;
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
@@ -28,18 +29,19 @@ const AGAIN: &str = "identify the robot again, and write the calibration again";
 /// A field, what is wrong with it, and the remedy.
 type Wrong = (&'static str, String, String);
 
-/// Reads a calibration; a robot given by a path is looked up beside the file.
+/// Reads a calibration, the effects of which are of the families of `registry`; a robot given by a path is looked up beside the
+/// file.
 ///
 /// # Errors
 /// A single error that names file, line, key and remedy.
-pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
+pub fn read_calibration(path: &Path, registry: &Registry) -> Result<Calibration, FileError> {
     let text = read_text(path)?;
     let reader = Reader { path, text: &text, file: parse_toml(path, &text)? };
     reader.check_format()?;
     let robot = reader.robot()?;
     let balls = reader.balls();
     let field = field_of(reader.file.error_field.clone(), path, &text)?;
-    let subject = Subject { field: field.as_ref(), ..Subject::new(&robot, &balls) };
+    let subject = Subject { field: field.as_ref(), registry, ..Subject::new(&robot, &balls) };
     let Reader { file, .. } = &reader;
     let list = EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect };
     let (own, effects) = check_effects(&list, &subject)?;
@@ -60,6 +62,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             measured_torques: file.measured_torques,
             width: file.width.clone(),
             field: field.clone(),
+            registry: registry.clone(),
             ..Model::default()
         },
         estimates,

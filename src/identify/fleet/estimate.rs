@@ -10,7 +10,7 @@ pub(super) struct Between {
     pub between: f64,
 }
 
-/// One sigma of the logarithm of the variation about the plausible size of the catalogue: a factor of three.
+/// One sigma of the logarithm of the variation about the plausible size of the catalogue: a factor of three (docs/fleets.md).
 const LOG_SIGMA: f64 = 1.0986;
 
 /// One sigma of the mean before any robot, in plausible sizes.

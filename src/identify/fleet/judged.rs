@@ -12,17 +12,17 @@ use nalgebra::DMatrix;
 
 use super::{Fleet, FleetPrior};
 use crate::identify::calibration::{Calibration, IdentifyError};
-use crate::identify::fit::{Fit, covariance_with_model_error, fit};
+use crate::identify::fit::{Fit, FitError, covariance_with_model_error, fit};
 use crate::identify::problem::{Prior, Problem, Use};
 use crate::identify::{Model, identify};
 use crate::math::linalg;
 use crate::measure::dataset::NamedDataset;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Probability that a robot of the fleet is judged not to belong to it.
+/// Probability that a robot of the fleet is judged not to belong to it (decision 0040).
 pub const CONFLICT: f64 = 0.01;
 
-/// Ratio of the one-sigmas of the wide prior to those of the fleet's.
+/// Ratio of the one-sigmas of the wide prior to those of the fleet's (decision 0040).
 const WIDE: f64 = 10.0;
 
 /// Degrees of freedom that a stated noise is worth.
@@ -80,7 +80,7 @@ pub fn identify_with_fleet(
     let narrow = FleetPrior::of(fleet);
     let (noise, wide) = fitted(datasets, model, &FleetPrior { widened: WIDE, ..narrow.clone() }, None)?;
     let (_, close) = fitted(datasets, model, &narrow, Some(noise))?;
-    let mut judged = compared(&wide, &close, noise);
+    let mut judged = compared(&wide, &close, noise)?;
     if judged.chance >= CONFLICT {
         let calibration = calibrated(datasets, model, &FleetPrior { noise, ..narrow })?;
         return Ok((calibration, judged));
@@ -97,7 +97,7 @@ pub fn identify_with_fleet(
     Ok((calibrated(datasets, model, &FleetPrior { noise, ..catalogue })?, judged))
 }
 
-/// Factor by which the sizes of the catalogue are widened where they replace a fleet.
+/// Factor by which the sizes of the catalogue are widened where they replace a fleet (docs/fleets.md).
 const CATALOGUE: f64 = 3.0;
 
 /// A fit with a prior.
@@ -110,7 +110,10 @@ struct Fitted {
 
 impl Fitted {
     /// Information of the data about the parameters with a prior, in units of the prior: eigenvalues.
-    fn information(&self) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// When the covariance is not finite.
+    fn information(&self) -> Result<Vec<f64>, FitError> {
         let own: Vec<usize> = (0..self.prior.len()).filter(|&k| self.prior[k].is_some()).collect();
         let sigma = |k: usize| self.prior[own[k]].unwrap_or(1.0);
         // Without a stated noise the covariance is scaled by the residuals.
@@ -118,16 +121,22 @@ impl Fitted {
             if self.fit.noise_stated { 1.0 } else { (self.fit.chi2 / self.fit.dof.max(1) as f64).max(f64::MIN_POSITIVE) };
         let scaled =
             DMatrix::from_fn(own.len(), own.len(), |r, c| self.fit.covariance[(own[r], own[c])] / (sigma(r) * sigma(c)) / unit);
-        let values = linalg::symmetric_eigen(&scaled).map(|(values, _)| values.iter().copied().collect::<Vec<f64>>());
-        values.unwrap_or_default().into_iter().map(|p| (1.0 / p.max(1e-12) - 1.0).max(0.0)).collect()
+        if own.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (values, _) = linalg::symmetric_eigen(&scaled)?;
+        Ok(values.iter().map(|p| (1.0 / p.max(1e-12) - 1.0).max(0.0)).collect())
     }
 
     /// Scalar residuals of samples less the parameters that they determine.
-    fn freedoms(&self) -> f64 {
+    ///
+    /// # Errors
+    /// When the covariance is not finite.
+    fn freedoms(&self) -> Result<f64, FitError> {
         let flat = self.problem.parameters().iter().enumerate();
         let flat = flat.filter(|(p, q)| q.knowledge == Prior::Uninformative && self.fit.kept.binary_search(p).is_ok()).count();
-        let effective: f64 = self.information().iter().map(|l| l / (1.0 + l)).sum();
-        (self.problem.row_count() - self.problem.prior_count()) as f64 - flat as f64 - effective
+        let effective: f64 = self.information()?.iter().map(|l| l / (1.0 + l)).sum();
+        Ok((self.problem.row_count() - self.problem.prior_count()) as f64 - flat as f64 - effective)
     }
 }
 
@@ -154,24 +163,24 @@ fn fitted(
             return Ok((now, fitted));
         }
         let known = if fitted.fit.noise_stated { STATED } else { 0.0 };
-        let variance = (fitted.fit.chi2 + known) / (fitted.freedoms().max(0.0) + known).max(1.0);
+        let variance = (fitted.fit.chi2 + known) / (fitted.freedoms()?.max(0.0) + known).max(1.0);
         // A stated noise may be too small, since models lack something; data are not better than stated.
         let least = if fitted.fit.noise_stated { 1.0 } else { 1e-6 };
         now = variance.max(least).sqrt();
     }
 }
 
-fn compared(wide: &Fitted, close: &Fitted, noise: f64) -> FleetJudged {
-    let wanted = close.information();
+fn compared(wide: &Fitted, close: &Fitted, noise: f64) -> Result<FleetJudged, FitError> {
+    let wanted = close.information()?;
     let weights: Vec<f64> = wanted.iter().map(|l| 99.0 * l / (1.0 + 100.0 * l)).collect();
     let (mean, square): (f64, f64) = (weights.iter().sum(), weights.iter().map(|w| w * w).sum());
     let costs = (close.fit.chi2 - wide.fit.chi2).max(0.0);
     let stated = if close.fit.noise_stated { STATED } else { 0.0 };
-    let below = (wide.freedoms() + stated).max(1.0);
+    let below = (wide.freedoms()? + stated).max(1.0);
     let ratio = if mean > 0.0 { costs / mean / (noise * noise) } else { 0.0 };
     let above = if square > 0.0 { mean * mean / square } else { 1.0 };
     let chance = FisherSnedecor::new(above, below).map_or(1.0, |f| f.sf(ratio.min(1e12)));
-    FleetJudged { used: PriorUsed::Fleet, ratio, chance, directions: mean, noise }
+    Ok(FleetJudged { used: PriorUsed::Fleet, ratio, chance, directions: mean, noise })
 }
 
 /// The calibration of a fit with a prior.

@@ -291,7 +291,7 @@ impl<'a> Assembly<'a> {
         problem.row_count += problem.distances.len() + problem.priors.len();
         let through = |placed: &Placed| placed.effect.needs().contains(&Needs::Compliance);
         problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
-        problem.load_nominal();
+        problem.load_nominal()?;
         problem.check_values()?;
         for moves in problem.nominal.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {

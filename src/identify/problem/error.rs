@@ -49,6 +49,14 @@ pub enum ProblemError {
         /// The user's expression in words, if there is one; else empty.
         expression: String,
     },
+    /// The noise of a sample, its joints' included, has no finite covariance.
+    #[error(
+        "the noise of sample '{sample}' is not finite; check its joint angles, its sigma, and the noise of the joints for absurd values"
+    )]
+    NoiseNotFinite {
+        /// The sample.
+        sample: String,
+    },
     /// Samples of another campaign that was not made to the same plan.
     #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out again")]
     AnotherPlan {

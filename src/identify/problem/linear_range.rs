@@ -5,13 +5,13 @@ use crate::effects::EffectId;
 use crate::robot::sites::{MdhEntry, Site};
 use crate::units::Unit;
 
-/// Largest rotation of a link or a joint, rad: linear terms neglect a tenth of it.
+/// Largest rotation of a link or a joint, rad: linear terms neglect a tenth of it (docs/models.md).
 const MOST_TURN: f64 = 0.2;
 
-/// Largest change of a link's length, as a share of the reach.
+/// Largest change of a link's length, as a share of the reach (docs/models.md).
 const MOST_OF_REACH: f64 = 0.2;
 
-/// Largest size of an effect with a prior, in plausible sizes.
+/// Largest size of an effect with a prior, in plausible sizes (docs/models.md).
 const MOST_SIZES: f64 = 50.0;
 
 impl Problem {

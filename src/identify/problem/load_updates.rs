@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Problem;
 use super::batch::{BATCH, Batch, STRETCH};
+use super::error::ProblemError;
 use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{Deviating, LoadState, RowTerms};
 use super::load_workspace::LoadWorkspace;
@@ -73,7 +74,10 @@ impl Problem {
     ///
     /// Until the compliances are known, joints are assumed to have their plausible compliance: otherwise effects acting
     /// through them would seem to move nothing.
-    pub(super) fn load_nominal(&mut self) {
+    ///
+    /// # Errors
+    /// When the noise of a sample is not finite.
+    pub(super) fn load_nominal(&mut self) -> Result<(), ProblemError> {
         self.cached = None;
         let mut state = std::mem::take(&mut self.nominal);
         let mut room = self.room.take().unwrap_or_else(|| LoadWorkspace::new(&self.robot));
@@ -84,18 +88,21 @@ impl Problem {
         }
         self.load_rows(None, &mut state, &mut room);
         self.nominal = state;
-        self.state_noise(&mut room.batch);
+        let stated = self.state_noise(&mut room.batch);
         self.room = Some(room);
+        stated
     }
 
-    fn state_noise(&mut self, batch: &mut Batch) {
-        let Problem { robot, setups, cells, rows, .. } = self;
-        for few in rows.chunks_mut(BATCH) {
+    fn state_noise(&mut self, batch: &mut Batch) -> Result<(), ProblemError> {
+        let Problem { robot, setups, cells, rows, sample_ids, .. } = self;
+        for (few, ids) in rows.chunks_mut(BATCH).zip(sample_ids.chunks(BATCH)) {
             batch.pose(robot, setups, few, None);
-            for (lane, row) in few.iter_mut().enumerate() {
-                row.state_noise(&cells[row.cell], &LanePosture { postures: batch.postures(), lane });
+            for ((lane, row), id) in few.iter_mut().enumerate().zip(ids) {
+                row.state_noise(&cells[row.cell], &LanePosture { postures: batch.postures(), lane })
+                    .map_err(|_| ProblemError::NoiseNotFinite { sample: id.clone() })?;
             }
         }
+        Ok(())
     }
 
     /// Computes the loads of every sample's arm in the posture of the given values and loads; of the nominal arm if there

@@ -5,6 +5,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
 
+use crate::math::linalg::LinalgError;
+use crate::math::positive_definite::whitener;
 use crate::measure::dataset::{Orientation, Sample};
 use crate::robot::sites::Site;
 use crate::robot::{Frame, rotation_vector};
@@ -60,13 +62,15 @@ impl OrientationPart {
     }
 
     /// States the noise of the whole pose: that of the instrument, and that of the joints, whose columns are `joints`.
-    pub fn state_noise(&mut self, sigma_position: f64, joints: impl Iterator<Item = Vector6<f64>>) {
+    ///
+    /// # Errors
+    /// When it is not finite.
+    pub fn state_noise(&mut self, sigma_position: f64, joints: impl Iterator<Item = Vector6<f64>>) -> Result<(), LinalgError> {
         let (p, o) = (sigma_position * sigma_position, self.sigma * self.sigma);
         let instrument = Matrix6::from_diagonal(&Vector6::new(p, p, p, o, o, o));
         let covariance = joints.fold(instrument, |sum, column| sum + column * column.transpose());
-        let root = covariance.cholesky().and_then(|c| c.l().try_inverse());
-        let whitener = root.unwrap_or_else(|| Matrix6::from_diagonal(&instrument.diagonal().map(|v| v.sqrt().recip())));
-        self.whitener = whitener.fixed_rows::<3>(3).into_owned();
+        self.whitener = whitener(covariance)?.fixed_rows::<3>(3).into_owned();
+        Ok(())
     }
 
     /// Whitens the orientation's part of a displacement of the tool: shift, m, and turn, rad.

@@ -7,6 +7,8 @@ use super::cell::Cell;
 use super::jacobian_pattern::{JacobianPattern, TermCollector};
 use super::orientation::{OrientationPart, SeenOrientation, stated};
 use crate::effects::situation::{Kind, Situation};
+use crate::math::linalg::LinalgError;
+use crate::math::positive_definite::whitener;
 use crate::measure::dataset::{Measured, Sample};
 use crate::robot::kinematics::{LanePosture, Posture, PostureView};
 use crate::robot::sites::SiteIndex;
@@ -317,7 +319,8 @@ impl SampleRow {
     }
 
     /// Computes W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm posed as in `posture`.
-    pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &LanePosture<'_, L>) {
+    /// An error where Sigma is not finite.
+    pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &LanePosture<'_, L>) -> Result<(), LinalgError> {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
         let joint_sigmas = &cell.noise.joint;
         if let Some(orientation) = &mut self.orientation {
@@ -325,11 +328,11 @@ impl SampleRow {
                 let (shift, turn) = (posture.motion(i) * *sigma_q, posture.turning(posture.postures.joint_site(i)) * *sigma_q);
                 Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
             };
-            orientation.state_noise(sigma, joint_sigmas.iter().enumerate().take(self.q.len()).map(moved));
+            orientation.state_noise(sigma, joint_sigmas.iter().enumerate().take(self.q.len()).map(moved))?;
         }
         if joint_sigmas.is_empty() {
             self.whitener = Matrix3::identity() / sigma;
-            return;
+            return Ok(());
         }
         let mut covariance = Matrix3::identity() * (sigma * sigma);
         for (i, &sigma_q) in joint_sigmas.iter().enumerate().take(self.q.len()) {
@@ -341,10 +344,9 @@ impl SampleRow {
                 let sight = (posture.tcp() - anchor).normalize();
                 Matrix3::identity() / sight.dot(&(covariance * sight)).max(sigma * sigma).sqrt()
             }
-            Target::Position(_) => {
-                covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma)
-            }
+            Target::Position(_) => whitener(covariance)?,
         };
+        Ok(())
     }
 
     /// Whitens columns of the orientation, with the coordinates of the position's columns before these are whitened; `into` holds

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, RowVector3, Vector3};
 
 use super::{Linearised, Problem, Workspace};
+use crate::math::positive_definite::inverse;
 use crate::robot::kinematics::Posture;
 
 /// One sample of a problem, the arm posed according to the model.
@@ -51,7 +52,8 @@ impl Problem {
                     whitener.set_row(0, &along);
                     (sight * residual.x, whitener, w[(0, 0)].powi(-2))
                 }
-                None => (residual, w, w.try_inverse().map_or(f64::NAN, |root| root.norm_squared())),
+                // The whitener of a position was made by inverting a root of its covariance.
+                None => (residual, w, inverse(w).map_or(f64::NAN, |root| root.norm_squared())),
             };
             visit(PosedSample {
                 place,

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3};
 use super::Use;
 use super::batch::BATCH;
 use crate::math::linalg;
+use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::{Ball, Dataset, Measured, Sample};
 use crate::robot::kinematics::{BatchInput, Postures, world_from_tool};
 use crate::robot::sites::{Axis6, SiteIndex};
@@ -164,7 +165,7 @@ fn spread_widely(arms: &[Vector3<f64>]) -> bool {
     }
     let lower = normal.transpose();
     normal.fixed_view_mut::<3, 3>(3, 0).copy_from(&lower.fixed_view::<3, 3>(3, 0));
-    let Some(factor) = normal.cholesky() else { return false };
+    let Ok(factor) = cholesky(normal) else { return false };
     let l = factor.l_dirty();
     (0..6).all(|k| l[(k, k)] > 10.0 * SPREAD * normal[(k, k)].sqrt())
 }

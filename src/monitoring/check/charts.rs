@@ -14,10 +14,10 @@ use super::conditions::Elementary;
 use super::{CheckError, CheckReference};
 use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 
-/// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci).
+/// Weight of the newest check in the moving average. 0.2 finds drifts of one sigma a check soonest (Lucas and Saccucci 1990).
 const NEWEST: f64 = 0.2;
 
-/// Mean number of checks until any of the charts signals while nothing changes.
+/// Mean number of checks until any of the charts signals while nothing changes (docs/check.md).
 pub const RUN_LENGTH: f64 = 200.0;
 
 /// States of the Markov chain on either side of zero.
@@ -179,6 +179,7 @@ fn mean_run(weight: f64, limit: f64) -> f64 {
     };
     let stays = DMatrix::from_fn(count, count, |i, j| f64::from(u8::from(i == j)) - to(i, j));
     let runs = stays.lu().solve(&DVector::from_element(count, 1.0));
+    // Singular if the average never leaves.
     runs.map_or(f64::INFINITY, |runs| runs[STATES])
 }
 

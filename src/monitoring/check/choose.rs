@@ -28,7 +28,7 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: NamedDataset<'_>, c
         return Err(CheckError::Nothing);
     }
     let general = |c: &Condition| matches!(c, Condition::SingleSample(_) | Condition::Recalibrate);
-    let columns: Vec<DMatrix<f64>> = of_samples(&seen, &Whitening::of(&seen))
+    let columns: Vec<DMatrix<f64>> = of_samples(&seen, &Whitening::of(&seen)?)
         .into_iter()
         .filter(|(condition, _)| !general(condition))
         .map(|(_, matrix)| orthonormal(&matrix))

@@ -17,11 +17,11 @@ const SEEN: f64 = 1e-6;
 /// A condition is nested in another if the latter leaves no more of its displacements than this, rms.
 const NESTED: f64 = 0.02;
 
-/// A change is named when it has this share of the probability of all changes.
+/// A change is named when it has this share of the probability of all changes (docs/check.md).
 const NAMED: f64 = 0.95;
 
 /// One pose or two tell that something has changed; what it is, a third must confirm: a gear that became softer looks like a slipped
-/// joint until the load is another.
+/// joint until the load is another (docs/check.md).
 const CONFIRMED: usize = 3;
 
 /// Two nested conditions are distinguished if the narrower one fits worse by more than this sum of squares, in units of the
@@ -30,14 +30,15 @@ const WORSE: f64 = 9.0;
 
 /// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
 /// those of a mass know its place and the springs of the arm only so well. Without it a large change would be taken for one of
-/// more freedom that fits a little better.
+/// more freedom that fits a little better (docs/check.md).
 const IN_SHAPE: f64 = 0.03;
 
 /// The same for a mass when its fit is judged: its place is unknown, and a calibration determines the compliance of a joint to
-/// some tenths of it only.
+/// some tenths of it only (docs/check.md).
 const MASS_IN_SHAPE: f64 = 0.25;
 
-/// Significance level at which a change does not explain the differences: the probability of a residual at least as large.
+/// Significance level at which a change does not explain the differences: the probability of a residual at least as large
+/// (docs/check.md).
 const MISFIT: f64 = 1e-3;
 
 /// Directions whose share of a Gram matrix is smaller, relative to the largest, are only rounding.

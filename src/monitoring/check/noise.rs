@@ -8,6 +8,10 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::seen::{Seen, ends};
+use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::FitError;
+use crate::math::linalg::LinalgError;
+use crate::math::positive_definite::cholesky;
 use crate::residuals::noise::{RepeatScatter, patterns};
 use crate::residuals::views::SeenSample;
 
@@ -72,7 +76,10 @@ pub(super) struct Whitening {
 impl Whitening {
     /// For differences to counterparts. Samples of one pose share the noise of their counterparts, and those of one event in it
     /// the motions of the arm as well.
-    pub fn of(seen: &[&Seen]) -> Self {
+    ///
+    /// # Errors
+    /// When a motion of the arm is not finite: every sample has noise of its own, so that its covariance is positive definite.
+    pub fn of(seen: &[&Seen]) -> Result<Self, IdentifyError> {
         let covariance = |a: usize, b: usize| -> DMatrix<f64> {
             let (one, other) = (seen[a], seen[b]);
             let shared = 1.0 / (one.counterparts * other.counterparts).sqrt();
@@ -111,13 +118,10 @@ impl Whitening {
                 }
                 i += seen[a].rows.len();
             }
-            // Positive definite: every sample has noise of its own.
-            let root =
-                whole.clone().cholesky().map_or_else(|| DMatrix::from_diagonal(&whole.map_diagonal(f64::sqrt)), |c| c.l());
-            (rows, root)
+            Ok((rows, cholesky(whole)?.l()))
         };
-        let poses = names.into_iter().map(of_pose).collect();
-        Whitening { poses, variances }
+        let poses = names.into_iter().map(of_pose).collect::<Result<_, LinalgError>>().map_err(FitError::from)?;
+        Ok(Whitening { poses, variances })
     }
 
     /// Whitens the columns of a matrix.

@@ -18,7 +18,7 @@ use crate::robot::{JointKind, Robot};
 /// Checks simulated for each condition and size.
 const TRIALS: usize = 400;
 
-/// Probability with which a check shows what it is said to show.
+/// Probability with which a check shows what it is said to show (docs/check.md).
 pub const SHOWN: f64 = 0.95;
 
 /// Checks simulated for each size that may be the smallest shown.
@@ -198,7 +198,7 @@ pub fn power_of_check(
         return Err(CheckError::Nothing);
     }
     let ends = ends(&seen);
-    let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)), ends);
+    let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)?), ends);
     let mut powers = vec![Power { condition: Condition::Valid, at: vec![simulated(&evidence, None, 0.0)] }];
     for index in 0..evidence.count() {
         let (condition, _) = evidence.basis(index);

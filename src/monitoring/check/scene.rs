@@ -11,6 +11,7 @@ use super::{CheckError, Pair, SAME_POSE, counterparts};
 use crate::identify::Application;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
+use crate::math::positive_definite::inverse;
 use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::residuals::noise::moments;
 use crate::residuals::views::SeenSample;
@@ -85,10 +86,11 @@ impl Scene {
             });
             compared.push(same);
         }
-        let whitening = Whitening::of(&seen.iter().collect::<Vec<_>>());
+        let whitening = Whitening::of(&seen.iter().collect::<Vec<_>>())?;
         whitening.apply(&mut differences);
         for (k, pair) in pairs.iter_mut().enumerate() {
-            let one = after.whiteners[k].try_inverse().map_or(f64::NAN, |root| root.norm() / 3f64.sqrt());
+            // A distance, whose whitener has one row, has no noise in three directions.
+            let one = inverse(after.whiteners[k]).map_or(f64::NAN, |root| root.norm() / 3f64.sqrt());
             pair.noise = whitening.variance(k).sqrt() * one;
         }
         Ok(Scene { pairs, seen, whitening, differences: differences.column(0).into_owned() })

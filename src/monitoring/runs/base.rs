@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::FitError;
-use crate::math::linalg::Cholesky;
+use crate::math::positive_definite::ScaledCholesky;
 
 /// A column in the runs from one on.
 #[derive(Debug, Clone, Copy)]
@@ -30,10 +30,13 @@ pub(super) struct Base {
     pub squares: f64,
 }
 
+/// Added to the scaled diagonal: a parameter that no run determines stays at its prior. A hundred times the rounding of a sum of
+/// a thousand products of numbers near one.
+const RIDGE: f64 = 1e-13;
+
 /// The base solved for.
 pub(super) struct Solved {
-    pub factor: Cholesky,
-    pub scale: Vec<f64>,
+    pub factor: ScaledCholesky,
     pub solution: DVector<f64>,
     pub inverse: DMatrix<f64>,
     /// Sum of squares left, priors included.
@@ -43,23 +46,17 @@ pub(super) struct Solved {
 impl Solved {
     pub fn new(base: &Base, information: Vec<f64>, pull: &DVector<f64>) -> Result<Solved, IdentifyError> {
         let n = base.normal.nrows();
-        let scale: Vec<f64> = (0..n).map(|k| (base.normal[(k, k)] + information[k]).max(1e-300).powf(-0.5)).collect();
-        let mut normal = DMatrix::from_fn(n, n, |r, c| base.normal[(r, c)] * scale[r] * scale[c]);
-        (0..n).for_each(|k| normal[(k, k)] += information[k] * scale[k] * scale[k] + 1e-13);
-        let mut factor = Cholesky::new(n);
-        factor.factor(&normal).map_err(FitError::from)?;
-        let mut inverse = DMatrix::zeros(n, n);
-        factor.inverse(&mut inverse);
-        for c in 0..n {
-            for r in 0..n {
-                inverse[(r, c)] *= scale[r] * scale[c];
-            }
-        }
+        let scale = |k: usize| (base.normal[(k, k)] + information[k]).max(1e-300).powf(-0.5);
+        let mut factor = ScaledCholesky::new(n);
+        factor
+            .factor(scale, |r, c| base.normal[(r, c)], |k, scale| information[k] * scale * scale + RIDGE)
+            .map_err(FitError::from)?;
+        let inverse = factor.inverse();
         let gradient = &base.gradient + pull;
         let solution = &inverse * &gradient;
         // The priors, as measurements, have their own residuals at the fit: pull² / information.
         let of_priors = pull.iter().zip(&information).filter(|(_, i)| **i > 0.0).map(|(p, i)| p * p / i).sum::<f64>();
         let squares = (base.squares + of_priors - solution.dot(&gradient)).max(f64::MIN_POSITIVE);
-        Ok(Solved { factor, scale, solution, inverse, squares })
+        Ok(Solved { factor, solution, inverse, squares })
     }
 }

@@ -9,10 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use super::products::Reduced;
 use crate::residuals::noise_floor::chi2_chance;
 
-/// Twice the log likelihood ratio at the one-sided limit of 95 % for many runs.
+/// Twice the log likelihood ratio at the one-sided limit of 95 % for many runs (chi-square of one degree of freedom at 90 %).
 const LIMIT: f64 = 2.706;
 
-/// Level of the limit.
+/// Level of the limit (docs/runs.md).
 const LEVEL: f64 = 0.95;
 
 /// Number of sizes tried: from the smallest that could be seen over eight decades.

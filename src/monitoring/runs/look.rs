@@ -14,7 +14,7 @@ use crate::measure::dataset::NamedDataset;
 use crate::residuals::noise_floor::fisher_chance;
 use crate::selection::recommend::curves::bands;
 
-/// Highest order, per revolution, of the error curves that are fitted together with the differences tested.
+/// Highest order, per revolution, of the error curves that are fitted together with the differences tested (docs/runs.md).
 const HIGHEST_ORDER: usize = 20;
 
 /// Two differences are distinguished if one explains more than the other by this sum of squares, in units of the noise.

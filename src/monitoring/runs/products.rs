@@ -16,7 +16,8 @@ const ROUNDS: usize = 3;
 /// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
 const OWN_NOISE_FROM: f64 = 15.0;
 
-/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed.
+/// Number of parts of a run: the halves of its postures in joint space, between which the robot has certainly not changed
+/// (decision 0039).
 const PARTS: usize = 2;
 
 /// A run is halved only if it has so many scalar residuals for each parameter of the arm.
@@ -171,11 +172,7 @@ impl Products {
             raw.push(DMatrix::from_fn(columns.len(), columns.len(), |r, c| weight * product[(columns[r], columns[c])]));
         }
         along -= cross.tr_mul(&solved.solution);
-        let mut half = cross;
-        for (mut row, scale) in half.row_iter_mut().zip(&solved.scale) {
-            row *= *scale;
-        }
-        solved.factor.whiten(&mut half);
+        let half = solved.factor.half(cross);
         let mut left = -linalg::product_of_transposed(&half, &half);
         for (place, own) in raw.iter().enumerate() {
             for r in 0..columns.len() {

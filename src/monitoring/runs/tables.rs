@@ -11,6 +11,7 @@ use crate::diagnosis::Examination;
 use crate::effects::EffectId;
 use crate::identify::RunChange;
 use crate::identify::calibration::{Calibration, Estimate};
+use crate::math::positive_definite::inverse;
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
@@ -228,7 +229,8 @@ impl Tables<'_> {
             |from: &[usize]| DMatrix::from_fn(from.len(), from.len(), |r, c| variance * reduced.covariance[(from[r], from[c])]);
         let shared = nalgebra::DVector::from_iterator(parameters.len(), parameters.iter().map(|e| e.value - e.nominal));
         let sigmas = |size: &nalgebra::DVector<f64>, covariance: DMatrix<f64>| {
-            covariance.try_inverse().map_or(0.0, |inverse| (&inverse * size).dot(size).max(0.0).sqrt())
+            // A run that does not determine every parameter of the effect does not show it.
+            inverse(covariance).map_or(0.0, |inverse| (&inverse * size).dot(size).max(0.0).sqrt())
         };
         let whole = covariance(&own);
         let energies: Vec<f64> =

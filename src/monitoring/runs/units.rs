@@ -185,7 +185,7 @@ impl Unit {
         let weighed = names.iter().zip(weights).filter(|(_, w)| *w != 0.0).map(|(name, w)| ((*name).to_owned(), w));
         RunChange {
             when: pattern.words(names),
-            effect: self.effect.to_string(),
+            effect: self.effect.clone(),
             parameters: self.parameters.clone(),
             weights: weighed.collect(),
         }

@@ -17,7 +17,7 @@ use super::linear_model::{Kind, Outer};
 use crate::identify::problem::SampleContext;
 use crate::units::URAD;
 
-/// Bands of orders per turn; each band has one size.
+/// Bands of orders per turn; each band has one size (up to order 20, as decision 0026 says).
 const BANDS: [RangeInclusive<usize>; 3] = [1..=4, 5..=10, 11..=20];
 
 /// With fewer samples than this, only the first band is used.

@@ -21,21 +21,21 @@ use crate::identify::fit::FitError;
 use crate::prediction::chance::{chi_squared, normal, one_of};
 use crate::prediction::worker::{self, Worker};
 
-/// Number of chains.
+/// Number of chains (decision 0026).
 const CHAINS: u64 = 2;
 /// Number of sweeps of each chain that are discarded as burn-in.
 const FORGOTTEN: usize = 15;
 /// Number of sweeps of each chain that are kept.
 const KEPT: usize = 45;
 
-/// Lowest point of the log-uniform grid of common sizes, in plausible sizes.
+/// Lowest point of the log-uniform grid of common sizes, in plausible sizes (decision 0026).
 const SMALLEST: f64 = 0.01;
-/// Highest point of that grid, in plausible sizes.
+/// Highest point of that grid, in plausible sizes (decision 0026).
 const LARGEST: f64 = 3.0;
 /// Number of points of that grid.
 const SIZE_STEPS: usize = 40;
 
-/// Size at which chains begin: sizes that the data require grow within a few sweeps, others shrink slowly.
+/// Size at which chains begin: sizes that the data require grow within a few sweeps, others shrink slowly (decision 0026).
 const BEGIN: f64 = 0.02;
 
 /// Possible degrees of freedom of the noise.

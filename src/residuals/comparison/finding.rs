@@ -9,7 +9,7 @@ use super::standout::{Standout, Subject};
 use crate::residuals::noise_floor::{NoiseFloor, fisher_chance};
 use crate::residuals::views::{ScoreReduction, Scores, ViewTest};
 
-/// Level of the tests for findings, lack of fit and views, for each kind separately.
+/// Level of the tests for findings, lack of fit and views, for each kind separately (docs/comparing.md).
 pub const SIGNIFICANCE: f64 = 0.01;
 
 /// Largest number of findings; if more views are significant, the model is wrong in many small ways.

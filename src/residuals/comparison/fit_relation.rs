@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::identify::Application;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
+use crate::math::linalg::LinalgError;
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise_floor::NoiseFloor;
 use crate::residuals::views::{PriorKnowledge, Whitened};
@@ -38,13 +39,13 @@ pub(super) fn of(
     datasets: &[NamedDataset<'_>],
     which: Use,
     noise: &NoiseFloor,
-) -> (FitRelation, PriorKnowledge) {
+) -> Result<(FitRelation, PriorKnowledge), LinalgError> {
     let Application { problem, values, refitted, from_fit_rows, .. } = application;
     let as_fitted = as_fitted(application);
     let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
     let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|d| named(d.dataset));
     let under_another_name = calibration.fitted_rows.share(datasets, which).is_some_and(|share| share > 0.5);
-    let known = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted) {
+    let known = if rows_of_the_fit || under_another_name || is_best(problem, values, &as_fitted)? {
         as_fitted
     } else {
         as_predicted(calibration, application, noise)
@@ -57,13 +58,13 @@ pub(super) fn of(
         refitted: names(refitted),
         from_fit_rows: names(from_fit_rows),
     };
-    (fit_relation, known)
+    Ok((fit_relation, known))
 }
 
-fn is_best(problem: &crate::identify::problem::Problem, values: &[f64], known: &PriorKnowledge) -> bool {
-    let whitened = Whitened::new(problem, values, known);
+fn is_best(problem: &crate::identify::problem::Problem, values: &[f64], known: &PriorKnowledge) -> Result<bool, LinalgError> {
+    let whitened = Whitened::new(problem, values, known)?;
     let unit = if problem.noise_stated() { 1.0 } else { (whitened.squares / whitened.dof.max(1.0)).sqrt() };
-    whitened.dof > 0.0 && whitened.step_left() < NO_STEP * unit
+    Ok(whitened.dof > 0.0 && whitened.step_left() < NO_STEP * unit)
 }
 
 /// One-sigma of a parameter's prior; `None` if it has none.

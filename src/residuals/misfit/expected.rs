@@ -11,6 +11,8 @@ use super::campaign::Campaign;
 use super::frames::{FrameFit, Frames, flanges};
 use crate::effects::EffectId;
 use crate::effects::{self, Subject};
+use crate::math::linalg::LinalgError;
+use crate::math::positive_definite::cholesky;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::{MdhEntry, Site, SiteIndex};
 use crate::robot::statics::{Loads, Payload};
@@ -18,11 +20,11 @@ use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::DEG;
 
 /// One-sigma of the geometry of a real arm about its drawing, in plausible sizes of the catalogue, which are those of a
-/// well assembled arm.
+/// well assembled arm (docs/importing.md).
 const ILL_ASSEMBLED: f64 = 6.0;
 /// One-sigma of joint errors once and twice per turn, in plausible sizes of the catalogue.
 const ILL_GEARED: f64 = 2.0;
-/// One-sigma of a joint's deflection at the largest torque of all joints, rad.
+/// One-sigma of a joint's deflection at the largest torque of all joints, rad (docs/importing.md).
 const DEFLECTION: f64 = 2e-3;
 /// Reach for which the lengths of the catalogue are plausible, m: that of the KR 6.
 pub(super) const REACH_OF_CATALOGUE: f64 = 0.7;
@@ -37,7 +39,8 @@ pub(super) fn expected(campaign: &Campaign, frames: &Frames) -> [f64; 2] {
     let some = campaign.selection(ROWS);
     let columns = columns(&some, frames);
     let rows = columns.nrows() as f64 / 3.0;
-    let Some(left) = without_frames(&some, frames, columns) else { return [f64::INFINITY; 2] };
+    // Of positions that are not finite any misfit is to be expected.
+    let Ok(left) = without_frames(&some, frames, columns) else { return [f64::INFINITY; 2] };
     let form = left.tr_mul(&left) / rows.max(1.0);
     let [upper, median] = quantiles(&form);
     let noise = 3.0 * campaign.noise * campaign.noise;
@@ -146,12 +149,15 @@ fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     if largest > 0.0 { torques * (DEFLECTION / largest) } else { torques }
 }
 
-/// Columns after projection orthogonal to the unknown frames; `None` if their normal matrix cannot be factored.
-fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// Columns after projection orthogonal to the unknown frames.
+///
+/// # Errors
+/// When a column is not finite.
+fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
     let flanges = flanges(&campaign.robot, campaign);
     let fit = FrameFit::new(campaign, &flanges);
     if fit.unknowns() == 0 {
-        return Some(columns);
+        return Ok(columns);
     }
     let mut design = DMatrix::<f64>::zeros(columns.nrows(), fit.unknowns());
     for k in 0..campaign.shots.len() {
@@ -170,8 +176,8 @@ fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64
     let mut normal = design.tr_mul(&design);
     let size = normal.diagonal().max();
     (0..normal.nrows()).for_each(|k| normal[(k, k)] += 1e-12 * size);
-    let held = normal.cholesky()?.solve(&design.tr_mul(&columns));
-    Some(columns - design * held)
+    let held = cholesky(normal)?.solve(&design.tr_mul(&columns));
+    Ok(columns - design * held)
 }
 
 /// 99.9 % quantile and median of a quadratic form of standard normal variables.

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::campaign::{Campaign, Seen};
 use super::row_blocks::RowBlocks;
+use crate::math::positive_definite::cholesky;
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, Robot, rigid_fit};
 
@@ -287,6 +288,7 @@ impl<'a> FrameFit<'a> {
         misses.iter().map(|d| *d <= most).collect()
     }
 
+    /// A damped Gauss-Newton step; `None` if it is not finite.
     fn step(&self, frames: &Frames, weights: &[f64], damping: f64) -> Option<DVector<f64>> {
         let n = self.unknowns.count;
         let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
@@ -309,7 +311,7 @@ impl<'a> FrameFit<'a> {
         for k in 0..n {
             normal[(k, k)] = normal[(k, k)] * (1.0 + damping) + 1e-13 * size;
         }
-        let step = normal.cholesky()?.solve(&right);
+        let step = cholesky(normal).ok()?.solve(&right);
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 

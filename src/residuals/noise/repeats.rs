@@ -10,9 +10,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{Cholesky, Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, Vector3};
+use nalgebra::{Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::Measured;
 use crate::measure::poses::Postures;
 use crate::residuals::views::SeenSample;
@@ -80,7 +81,7 @@ impl RepeatScatter {
         self.base.iter().chain(&self.tool).copied().chain(self.joints.iter().map(|j| j.sigma)).collect()
     }
 
-    /// Decomposes the scatter of samples; `None` with too few repeats. Samples of one posture, dataset and time
+    /// Decomposes the scatter of samples; `None` with too few repeats, or if a residual is not finite. Samples of one posture, dataset and time
     /// (`time_s`) belong to one event: the error of the arm was the same for all targets.
     pub(crate) fn of(seen: &[SeenSample<'_>]) -> Option<Self> {
         let groups = groups(seen);
@@ -102,8 +103,8 @@ impl RepeatScatter {
         let scatter_of = |j: usize| {
             let mut without = all.clone();
             without[7 + j] = false;
-            let lost = maximise(&groups, &without, white).map_or(0.0, |(_, ln)| 2.0 * (whole - ln));
-            JointScatter { joint: j, sigma: components[7 + j].sqrt(), lost: lost.max(0.0) }
+            let (_, ln) = maximise(&groups, &without, white)?;
+            Some(JointScatter { joint: j, sigma: components[7 + j].sqrt(), lost: (2.0 * (whole - ln)).max(0.0) })
         };
         let three = |first: usize| [0, 1, 2].map(|k| components[first + k].sqrt());
         let samples: usize = groups.iter().map(|g| (g.events - 1) * g.scatter.nrows() / 3).sum();
@@ -114,7 +115,7 @@ impl RepeatScatter {
             white: components[0].sqrt(),
             base: three(1),
             tool: three(4),
-            joints: (0..joints).map(scatter_of).collect(),
+            joints: (0..joints).map(scatter_of).collect::<Option<_>>()?,
             tails: tails(&groups, &components, FLOOR * white)?,
         })
     }
@@ -150,7 +151,7 @@ impl Group {
 fn tails(groups: &[Group], components: &[f64], least: f64) -> Option<f64> {
     let mut chances = Vec::new();
     for g in groups {
-        let factor = Cholesky::new(g.covariance(Dyn(g.scatter.nrows()), components, least))?;
+        let factor = cholesky(g.covariance(Dyn(g.scatter.nrows()), components, least)).ok()?;
         let share = (g.events - 1) as f64 / g.events as f64;
         let law = ChiSquared::new(g.scatter.nrows() as f64).ok()?;
         for off in &g.deviations {
@@ -257,7 +258,7 @@ impl Sums {
     {
         let times = (g.events - 1) as f64;
         let scatter = g.scatter.generic_view((0, 0), (n, n));
-        let factor = Cholesky::new(g.covariance(n, components, least))?;
+        let factor = cholesky(g.covariance(n, components, least)).ok()?;
         let inverse = factor.inverse();
         let weighted = &inverse * scatter * &inverse;
         let ln_det: f64 = (0..n.value()).map(|k| 2.0 * factor.l_dirty()[(k, k)].ln()).sum();

@@ -10,9 +10,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 use super::{Row, rows};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::identify::fit::{Fit, fit};
+use crate::identify::fit::{Fit, FitError, fit};
 use crate::identify::problem::{Problem, Use};
-use crate::math::linalg;
+use crate::math::linalg::{self, LinalgError};
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
@@ -93,15 +93,18 @@ pub struct Suspect {
 pub fn suspects(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
     let problem = Problem::new(datasets, model, Use::Fit)?;
     let fit = fit(&problem)?;
-    Ok(suspects_of(datasets, &problem, &fit))
+    Ok(suspects_of(datasets, &problem, &fit)?)
 }
 
 /// As [`suspects`], for a fitted problem.
-pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
+///
+/// # Errors
+/// When a residual or a column is not finite.
+pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Result<Vec<Suspect>, FitError> {
     let rows = rows(problem, &fit.values);
     let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
     if postures.of_samples().len() != rows.len() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let near = Near::new(problem, fit);
     let all_of = |members: &[usize]| -> Unit {
@@ -114,9 +117,9 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
-    let bad = near.far_off(&by_posture, &[], stated);
+    let bad = near.far_off(&by_posture, &[], stated)?;
     if bad.len() > most {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
@@ -125,7 +128,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
         let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
         let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
-        let bad = near.far_off(&by_sample, &aside_rows, stated);
+        let bad = near.far_off(&by_sample, &aside_rows, stated)?;
         if bad.len() <= most {
             let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
             units.extend(bad_units.iter().cloned());
@@ -143,12 +146,12 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         })
         .collect();
     let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect();
-    let bad = near.far_off(&turned, &aside_rows, stated);
+    let bad = near.far_off(&turned, &aside_rows, stated)?;
     if bad.len() <= most {
         let units: Vec<Unit> = bad.iter().map(|&u| turned[u].clone()).collect();
         found.extend(near.confirmed(&units, turned.len(), stated));
     }
-    named(datasets, &rows, found)
+    Ok(named(datasets, &rows, found))
 }
 
 fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
@@ -218,9 +221,11 @@ impl Near {
         Near { information: known.collect(), rows, parameters, of_orientation }
     }
 
-    /// Fits with weights. Returns the residual of every row and its leverage at unit weight; `None` if the fit is
-    /// singular.
-    fn fitted(&self, weights: &[f64]) -> Option<Fitted> {
+    /// Fits with weights. Returns the residual of every row and its leverage at unit weight.
+    ///
+    /// # Errors
+    /// When the weighted rows do not determine the parameters.
+    fn fitted(&self, weights: &[f64]) -> Result<Fitted, LinalgError> {
         let m = self.parameters;
         let mut weighted = self.rows.clone();
         weighted.column_iter_mut().zip(weights).for_each(|(mut c, w)| c *= w.sqrt());
@@ -233,18 +238,18 @@ impl Near {
             step[k] += pull;
         }
         let mut factor = linalg::Cholesky::new(m);
-        factor.factor(&normal).ok()?;
+        factor.factor(&normal)?;
         factor.solve_in_place(&mut step);
         let step = DVector::from_vec(step);
         let residuals = self.rows.column_iter().map(|c| c[m] - c.rows(0, m).dot(&step)).collect();
         if self.rows.ncols() > MANY_ROWS {
-            return Some(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
+            return Ok(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
         }
         let mut root = DMatrix::zeros(m, m);
         factor.inverse_root(&mut root);
         // A row of zeros for the residual.
         let pulls = linalg::product_of_transposed(&root.insert_row(m, 0.0), &self.rows);
-        Some(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
+        Ok(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
     }
 
     /// Whitened sum of squares of a unit, as if of its independent components, with its own leverage removed.
@@ -256,16 +261,19 @@ impl Near {
     }
 
     /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero.
-    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
+    ///
+    /// # Errors
+    /// When the other rows do not determine the parameters.
+    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Result<Vec<usize>, LinalgError> {
         let mut weights = vec![1.0; self.rows.ncols()];
         aside.iter().for_each(|&r| weights[r] = 0.0);
         let mut ratios = Vec::new();
         for _ in 0..ROUNDS {
-            let Some(fitted) = self.fitted(&weights) else { return Vec::new() };
+            let fitted = self.fitted(&weights)?;
             let squares: Vec<f64> = units.iter().map(|u| Near::squares(u, &fitted, &weights)).collect();
             let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
             sorted.sort_by(f64::total_cmp);
-            let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
+            let Some(&median) = sorted.get(sorted.len() / 2) else { return Ok(Vec::new()) };
             // Stated noise is a lower limit.
             let unit = if stated { median.max(1.0) } else { median.max(f64::MIN_POSITIVE) };
             ratios = squares.iter().map(|s| s / unit).collect();
@@ -282,7 +290,7 @@ impl Near {
             }
         }
         let limit = upper_chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
-        (0..units.len()).filter(|&u| upper_chance(ratios[u], units[u].numbers()) < limit).collect()
+        Ok((0..units.len()).filter(|&u| upper_chance(ratios[u], units[u].numbers()) < limit).collect())
     }
 
     /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
@@ -293,7 +301,8 @@ impl Near {
         }
         let mut weights = vec![1.0; self.rows.ncols()];
         units.iter().flat_map(|u| &u.rows).for_each(|&r| weights[r] = 0.0);
-        let Some(Fitted { residuals, leverages }) = self.fitted(&weights) else { return Vec::new() };
+        // Units that alone determine a parameter cannot be confirmed by the others.
+        let Ok(Fitted { residuals, leverages }) = self.fitted(&weights) else { return Vec::new() };
         // By rows of the same kind.
         let is_turn = units.iter().flat_map(|u| &u.rows).any(|&r| self.of_orientation[r]);
         let kin = || weights.iter().zip(&self.of_orientation).map(|(w, turn)| if *turn == is_turn { *w } else { 0.0 });

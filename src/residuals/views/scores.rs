@@ -9,7 +9,8 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
 
 use crate::identify::problem::Problem;
-use crate::math::linalg;
+use crate::math::linalg::{self, LinalgError};
+use crate::math::positive_definite::cholesky;
 
 /// A pattern is visible only if the model leaves at least this share of its energy; a smaller remainder is the model's
 /// curvature.
@@ -51,26 +52,29 @@ pub(crate) struct Whitened {
     pub least_dof: f64,
 }
 
-/// Information matrix of a covariance; zero if it cannot be inverted.
-fn information(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+/// Information matrix of a covariance.
+fn information(covariance: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
     let n = covariance.nrows();
     let sigma = DVector::from_fn(n, |i, _| covariance[(i, i)].sqrt());
     let correlation =
         DMatrix::from_fn(n, n, |i, k| covariance[(i, k)] / (sigma[i] * sigma[k]) + if i == k { RIDGE } else { 0.0 });
-    let inverse = correlation.cholesky().map_or_else(|| DMatrix::zeros(n, n), |c| c.inverse());
-    DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sigma[i] * sigma[k]))
+    let inverse = cholesky(correlation)?.inverse();
+    Ok(DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sigma[i] * sigma[k])))
 }
 
 impl Whitened {
     /// Whitens the residuals at `values` of the problem's parameters.
-    pub fn new(problem: &Problem, values: &[f64], known: &PriorKnowledge) -> Self {
+    ///
+    /// # Errors
+    /// When the covariance of what is known is not positive definite, as where an uncertainty is zero, or an entry is not finite.
+    pub fn new(problem: &Problem, values: &[f64], known: &PriorKnowledge) -> Result<Self, LinalgError> {
         let PriorKnowledge { parameters, deviation, informed, covariance, .. } = known;
         let (p, rows) = (parameters.len(), problem.row_count());
         let transposed = problem.whitened(values, parameters);
         let mut normal = DMatrix::zeros(p + 1, p + 1);
         linalg::normal_matrix(&transposed, &mut normal);
         let mut known = DMatrix::zeros(p, p);
-        let block = information(covariance);
+        let block = information(covariance)?;
         for (i, &a) in informed.iter().enumerate() {
             informed.iter().enumerate().for_each(|(k, &b)| known[(a, b)] = block[(i, k)]);
         }
@@ -78,7 +82,7 @@ impl Whitened {
         let total = normal.view((0, 0), (p, p)) + &known;
         let scale = DVector::from_fn(p, |i, _| if total[(i, i)] > 0.0 { total[(i, i)].sqrt().recip() } else { 0.0 });
         let unit = DMatrix::from_fn(p, p, |i, k| total[(i, k)] * scale[i] * scale[k] + if i == k { RIDGE } else { 0.0 });
-        let lower = unit.cholesky().map_or_else(|| DMatrix::identity(p, p), |c| c.unpack());
+        let lower = cholesky(unit)?.unpack();
         let mut basis = transposed.rows(0, p).into_owned();
         for mut column in basis.column_iter_mut() {
             column.component_mul_assign(&scale);
@@ -88,7 +92,7 @@ impl Whitened {
         lower.solve_lower_triangular_mut(&mut gradient);
         let plain: DVector<f64> = transposed.row(p).transpose();
         let residuals = &plain - basis.tr_mul(&gradient);
-        Whitened {
+        Ok(Whitened {
             squares: normal[(p, p)] + deviation.dot(&pull) - gradient.norm_squared(),
             dof: (rows + informed.len()) as f64 - p as f64,
             least_dof: rows as f64 - basis.norm_squared(),
@@ -98,7 +102,7 @@ impl Whitened {
             lower,
             scale,
             normal,
-        }
+        })
     }
 
     /// Length of the step that would still improve the fit, in units of the noise; nearly zero if these rows were
@@ -179,13 +183,16 @@ pub(crate) struct ScoreReduction {
 impl Scores {
     /// Computes the scores of `count` patterns; `show` fills in those of the sample with a given index. `samples` are
     /// the first row and height of each.
+    ///
+    /// # Errors
+    /// When an entry is not finite.
     pub fn new(
         whitened: &Whitened,
         known: &PriorKnowledge,
         samples: &[(usize, usize)],
         count: usize,
         show: &mut dyn FnMut(usize, &mut Patterns),
-    ) -> Self {
+    ) -> Result<Self, LinalgError> {
         let p = whitened.basis.nrows();
         let mut own = DMatrix::zeros(count, count);
         let mut along = DMatrix::zeros(p, count);
@@ -216,8 +223,8 @@ impl Scores {
             }
         }
         let k = &own - along.tr_mul(&along);
-        let plain_covariance = if known.fitted { k.clone() } else { whitened.plain_covariance(&own, &along, known) };
-        Scores { z, k, own, plain, plain_covariance, squares: whitened.squares, dof: whitened.dof }
+        let plain_covariance = if known.fitted { k.clone() } else { whitened.plain_covariance(&own, &along, known)? };
+        Ok(Scores { z, k, own, plain, plain_covariance, squares: whitened.squares, dof: whitened.dof })
     }
 
     /// Computes the reduction by these patterns.
@@ -267,7 +274,12 @@ impl Scores {
 impl Whitened {
     /// Covariance of `Aᵀ r` for rows to which the informed parameters were not fitted: the noise that remains after the
     /// free ones are fitted, and the uncertainty of the informed ones.
-    fn plain_covariance(&self, own: &DMatrix<f64>, along: &DMatrix<f64>, known: &PriorKnowledge) -> DMatrix<f64> {
+    fn plain_covariance(
+        &self,
+        own: &DMatrix<f64>,
+        along: &DMatrix<f64>,
+        known: &PriorKnowledge,
+    ) -> Result<DMatrix<f64>, LinalgError> {
         let p = known.parameters.len();
         let free: Vec<usize> = (0..p).filter(|i| !known.informed.contains(i)).collect();
         let mut crossed = &self.lower * along;
@@ -282,16 +294,13 @@ impl Whitened {
             let unit = DMatrix::from_fn(free.len(), free.len(), |i, k| {
                 self.normal[(free[i], free[k])] * scale[i] * scale[k] + if i == k { RIDGE } else { 0.0 }
             });
-            if let Some(factor) = unit.cholesky() {
-                let scaled = DMatrix::from_fn(free.len(), own.ncols(), |i, c| by_free[(i, c)] * scale[i]);
-                let solved = factor.solve(&scaled);
-                covariance -= scaled.tr_mul(&solved);
-                let shared = DMatrix::from_fn(known.informed.len(), free.len(), |i, k| {
-                    self.normal[(known.informed[i], free[k])] * scale[k]
-                });
-                by_informed -= shared * solved;
-            }
+            let scaled = DMatrix::from_fn(free.len(), own.ncols(), |i, c| by_free[(i, c)] * scale[i]);
+            let solved = cholesky(unit)?.solve(&scaled);
+            covariance -= scaled.tr_mul(&solved);
+            let shared =
+                DMatrix::from_fn(known.informed.len(), free.len(), |i, k| self.normal[(known.informed[i], free[k])] * scale[k]);
+            by_informed -= shared * solved;
         }
-        covariance + by_informed.tr_mul(&(&known.covariance * &by_informed))
+        Ok(covariance + by_informed.tr_mul(&(&known.covariance * &by_informed)))
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn beyond(
     let Ok(held) = HeldField::of(datasets, Examination::new(datasets, &below.model)?) else { return Ok(None) };
     let Ok(worth) = held.worth(datasets, ground.poses) else { return Ok(None) };
     let model = held.model(datasets);
-    let added: Vec<String> = model.effects.iter().filter(|id| !below.model.lists(id)).map(|id| id.whole().to_owned()).collect();
+    let added: Vec<EffectId> = model.effects.iter().filter(|id| !below.model.lists(id)).cloned().collect();
     let gains = gains(datasets, &held);
     let is_open = worth.gate.is_open();
     let expected = [&worth.before, &worth.after].map(|expected| expected.level());

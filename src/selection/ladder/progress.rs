@@ -4,13 +4,14 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{LadderStep, RefusedStep};
+use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 
 /// Progress of a ladder, for observers.
 #[derive(Debug)]
-pub enum Climb<'a> {
+pub enum LadderProgress<'a> {
     /// Effects are being added, in one step, to the model of the last step.
-    Trying(&'a [String]),
+    Trying(&'a [EffectId]),
     /// That step was refused.
     Refused(&'a RefusedStep),
     /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.
@@ -20,10 +21,10 @@ pub enum Climb<'a> {
 }
 
 /// Receives progress; `Break` cancels the ladder.
-pub(crate) type Observer<'o, B> = dyn FnMut(Climb<'_>) -> ControlFlow<B> + 'o;
+pub(crate) type Observer<'o, B> = dyn FnMut(LadderProgress<'_>) -> ControlFlow<B> + 'o;
 
 /// Observes nothing, and so never cancels.
-pub(super) fn unobserved(_: Climb<'_>) -> ControlFlow<Infallible> {
+pub(super) fn unobserved(_: LadderProgress<'_>) -> ControlFlow<Infallible> {
     ControlFlow::Continue(())
 }
 
@@ -54,8 +55,8 @@ impl From<Interrupted<Infallible>> for IdentifyError {
 ///
 /// # Errors
 /// [`Interrupted::Cancelled`] if the observer cancels.
-pub(super) fn report<B>(observer: &mut Observer<'_, B>, climb: Climb<'_>) -> Result<(), Interrupted<B>> {
-    match observer(climb) {
+pub(super) fn report<B>(observer: &mut Observer<'_, B>, progress: LadderProgress<'_>) -> Result<(), Interrupted<B>> {
+    match observer(progress) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(value) => Err(Interrupted::Cancelled(value)),
     }

@@ -3,6 +3,7 @@
 use crate::diagnosis::Examination;
 use crate::diagnosis::Symptom;
 use crate::diagnosis::{Diagnosis, diagnose_examined};
+use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
@@ -21,7 +22,7 @@ use crate::selection::{FitScores, SessionError};
 #[derive(Debug, Clone)]
 pub struct LadderStep {
     /// Effects added to the model before it; empty for the first.
-    pub added: Vec<String>,
+    pub added: Vec<EffectId>,
     /// The model.
     pub model: Model,
     /// Residual, rms in 3-D, m.
@@ -85,7 +86,7 @@ pub(super) fn examined_with_field(
     field: Option<&HeldField>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
-    judged_rung(datasets, examination, FitScores::of(datasets, model, examination, field), field, ground)
+    judged_rung(datasets, examination, FitScores::of(datasets, model, examination, field)?, field, ground)
 }
 
 /// The same with the scores of the fit.
@@ -166,7 +167,7 @@ impl LadderStep {
 pub fn add(
     datasets: &[NamedDataset<'_>],
     below: &LadderStep,
-    effects: &[String],
+    effects: &[EffectId],
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let model = effects.iter().fold(below.model.clone(), |model, effect| model.with(effect));
@@ -181,7 +182,7 @@ pub fn step(
     datasets: &[NamedDataset<'_>],
     below: &LadderStep,
     model: &Model,
-    added: Vec<String>,
+    added: Vec<EffectId>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
     let gains = gains(datasets, &below.model, model)?;

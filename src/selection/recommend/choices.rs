@@ -5,7 +5,7 @@ use super::rule::Gain;
 use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
-use crate::effects;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -42,7 +42,7 @@ pub struct Choice {
     /// The model.
     pub model: Model,
     /// Effects added to the first model.
-    pub added: Vec<String>,
+    pub added: Vec<EffectId>,
     /// Gain over the first model at postures that were not fitted, one entry per division; for the first model itself,
     /// its own errors.
     pub gains: Vec<Gain>,
@@ -126,17 +126,17 @@ type Held = Vec<(usize, f64)>;
 pub fn recommend(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
-    [steps, bad]: [&[String]; 2],
+    [steps, bad]: [&[EffectId]; 2],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
     let divisions = postures(&examination.contexts);
     let postures = divisions.count();
-    let plain: Vec<&String> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
-    let candidates: Vec<Candidate> = plain.iter().map(|id| Candidate::new(id.as_str())).collect();
+    let plain: Vec<&EffectId> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
+    let candidates: Vec<Candidate> = plain.iter().map(|id| Candidate::new((*id).clone())).collect();
     let wide = examination.beside(datasets, candidates.clone())?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
-        linear.aside[sample] = steps.contains(&effects::catalogue::setting_aside(id));
+        linear.aside[sample] = steps.contains(&effects::catalogue::setting_aside(id).into());
     }
 
     let mut held = vec![(Kind::Begin, Vec::new())];
@@ -149,15 +149,17 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in
-            aside.iter().map(|id| effects::catalogue::setting_aside(id)).filter(|id| kind != Kind::Begin || bad.contains(id))
+        for id in aside
+            .iter()
+            .map(|id| EffectId::from(effects::catalogue::setting_aside(id)))
+            .filter(|id| kind != Kind::Begin || bad.contains(id))
         {
             model = model.with(&id);
         }
         for (place, _) in held {
             let id = &candidates[place].id;
             model = model.with(id);
-            added.push(id.to_string());
+            added.push(id.clone());
         }
         Choice { kind, model, added, gains, field: None }
     };

@@ -12,6 +12,7 @@ use crate::diagnosis::folds::{Folds, places_of_balls, postures};
 use crate::identify::fit::FitError;
 use crate::identify::problem::Parameter;
 use crate::math::linalg;
+use crate::math::positive_definite::ScaledCholesky;
 use crate::measure::dataset::NamedDataset;
 use crate::units::DEG;
 
@@ -24,6 +25,10 @@ const LEAST_MARGIN: f64 = 1.0 * DEG;
 
 /// A set-up or a ball with fewer training rows per parameter than this is determined from the held-out rows themselves.
 const ROWS_A_NUMBER: f64 = 2.0;
+
+/// Added to the unit diagonal of a normal matrix, so that what the rows do not determine keeps its fitted value: the square root
+/// of the rounding of a sum of products.
+const RIDGE: f64 = 1e-9;
 
 /// A choice of columns, with their priors.
 #[derive(Debug, Clone)]
@@ -126,25 +131,17 @@ impl<'a> Linear<'a> {
         self.rows.ncols() - aside
     }
 
-    /// Scales and factors the normal matrix of a choice, from inner products of rows. Also returns the scale.
-    fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<(linalg::Cholesky, DVector<f64>), FitError> {
+    /// Factors the normal matrix of a choice, from inner products of rows. The scale is computed from all rows, as those of a
+    /// fold may not determine a parameter.
+    fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<ScaledCholesky, FitError> {
         let m = choice.columns.len();
         let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
         (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
-        let scale = self.scale(choice);
-        let mut scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        // A parameter that is determined only by the held-out fold keeps its fitted value.
-        (0..m).for_each(|k| scaled[(k, k)] += 1e-9);
-        let mut factor = linalg::Cholesky::new(m);
-        factor.factor(&scaled)?;
-        Ok((factor, scale))
-    }
-
-    /// Scale that gives the normal matrix an approximately unit diagonal. It is computed from all rows, as those of a
-    /// fold may not determine a parameter.
-    fn scale(&self, choice: &Choice) -> DVector<f64> {
         let size = |k: usize| (self.energy[choice.columns[k]] + choice.information[k]).max(f64::MIN_POSITIVE);
-        DVector::from_fn(choice.columns.len(), |k, _| 1.0 / size(k).sqrt())
+        let mut factor = ScaledCholesky::new(m);
+        // A parameter that is determined only by the held-out fold keeps its fitted value.
+        factor.factor(|k| 1.0 / size(k).sqrt(), |r, c| normal[(r, c)], |_, _| RIDGE)?;
+        Ok(factor)
     }
 
     fn taken(&self) -> impl Iterator<Item = usize> {
@@ -195,11 +192,11 @@ impl<'a> Linear<'a> {
     /// not chosen.
     pub fn solve(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<DVector<f64>, FitError> {
         let (m, last) = (choice.columns.len(), products.nrows() - 1);
-        let (mut factor, scale) = self.factored(products, choice)?;
-        let mut step = DVector::from_fn(m, |k, _| scale[k] * (products[(choice.columns[k], last)] + choice.pull[k]));
-        factor.solve_in_place(step.as_mut_slice());
+        let mut factor = self.factored(products, choice)?;
+        let mut step = DVector::from_fn(m, |k, _| products[(choice.columns[k], last)] + choice.pull[k]);
+        factor.solve_in_place(&mut step);
         let mut all = DVector::zeros(last);
-        (0..m).for_each(|k| all[choice.columns[k]] = step[k] * scale[k]);
+        (0..m).for_each(|k| all[choice.columns[k]] = step[k]);
         Ok(all)
     }
 

@@ -4,18 +4,19 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::diagnosis::folds::Division;
+use crate::math::nearest_rank;
 
-/// Smallest gain that counts, as a share of the mean square.
+/// Smallest gain that counts, as a share of the mean square (decision 0025).
 const LEAST_GAIN: f64 = 0.05;
 
 /// Largest loss that counts as harmless when whole places are left out, as a share of the mean square.
 const LEAST_HARM: f64 = 0.02;
 
 /// Two-sided significance level of a gain: two standard errors of the paired differences with many postures, and more
-/// with few, by Student's t distribution. One standard error has proved too little.
+/// with few, by Student's t distribution. One standard error has proved too little (decision 0025).
 const CHANCE: f64 = 0.0455;
 
-/// Squares are clipped at this multiple of their median, so that a few bad postures decide nothing.
+/// Squares are clipped at this multiple of their median, so that a few bad postures decide nothing (decision 0025).
 const CLIP: f64 = 3.0;
 
 /// The 95th percentile may not grow by more than this share.
@@ -59,13 +60,13 @@ impl Gain {
             return None;
         }
         let column = |k: usize| pairs.iter().map(|p| p[k]).collect::<Vec<f64>>();
-        let clip = CLIP * quantile(column(0), 0.5);
+        let clip = CLIP * nearest_rank(column(0), 0.5);
         let clipped: Vec<[f64; 2]> = pairs.iter().map(|p| p.map(|x| x.min(clip))).collect();
         let mean = |of: &dyn Fn(&[f64; 2]) -> f64| clipped.iter().map(of).sum::<f64>() / n;
         let gained = mean(&|p| p[0] - p[1]);
         let spread = mean(&|p| (p[0] - p[1] - gained).powi(2));
         let error = (spread / (n - 1.0)).sqrt();
-        let tail = |k: usize| quantile(column(k), 0.95).sqrt();
+        let tail = |k: usize| nearest_rank(column(k), 0.95).sqrt();
         Some(Gain {
             division,
             postures: pairs.len(),
@@ -126,11 +127,6 @@ pub enum Insufficient {
 fn least_sigma(postures: usize) -> f64 {
     StudentsT::new(0.0, 1.0, postures.saturating_sub(1).max(1) as f64)
         .map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - CHANCE / 2.0))
-}
-
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
 }
 
 #[cfg(test)]

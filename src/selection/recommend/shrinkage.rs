@@ -17,7 +17,7 @@ const ROUNDS: usize = 10;
 /// Weight of the common size, in coefficients.
 const PRIOR_WEIGHT: f64 = 4.0;
 
-/// Largest variance of a band, in plausible sizes squared.
+/// Largest variance of a band, in plausible sizes squared (twice the plausible size, decision 0025).
 const CAP: f64 = 4.0;
 
 /// Variances of the groups, and the noise estimated with them.

@@ -13,6 +13,7 @@ use calibench::compensate::programs::{Permissions, Program, read_program, rewrit
 use calibench::compensate::targets_file::{Expected, read_targets};
 use calibench::compensate::{Compensator, Task};
 use calibench::effects::Subject;
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, read_calibration};
 use calibench::identify::model_file::read_model;
 use calibench::identify::problem::Use;
@@ -132,7 +133,7 @@ fn expression(bytes: &[u8]) {
 }
 
 fn calibration_toml(bytes: &[u8]) {
-    if let Ok(calibration) = read_calibration(&file("calibration.toml", bytes)) {
+    if let Ok(calibration) = read_calibration(&file("calibration.toml", bytes), Registry::catalogue()) {
         black_box(calibration.predict(&[NamedDataset::new("paper", &PAPER)], Use::All).is_ok());
     }
 }
@@ -205,8 +206,11 @@ fn targets_csv(bytes: &[u8]) {
 /// The first byte says in which language the rest is. Rewritten, it has the same lines, and as many positions.
 fn program(bytes: &[u8]) {
     static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
-        read_calibration(&file("of-programs.toml", include_bytes!("../corpus/calibration_toml/paper.toml")))
-            .expect("it is right")
+        read_calibration(
+            &file("of-programs.toml", include_bytes!("../corpus/calibration_toml/paper.toml")),
+            Registry::catalogue(),
+        )
+        .expect("it is right")
     });
     let Some((dialect, text)) = bytes.split_first() else { return };
     let extension = ["src", "script", "mod", "ls"][usize::from(*dialect) % 4];

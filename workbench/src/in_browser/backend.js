@@ -193,7 +193,7 @@ async function remember(what, body, files, answer) {
     state.files = files ?? [];
     state.log = [{ what, body }];
   } else if (what === "recommend" && answer.moved) {
-    // The ladder is not climbed again: the model that it led to is taken.
+    // The ladder is not run again: the model that it led to is taken.
     const { taken } = await send({ what: "save-model", names: ["model.toml"] });
     const model = new TextDecoder().decode(taken[0] ?? undefined);
     state.log.push({ what: "adopt", body: { model } });

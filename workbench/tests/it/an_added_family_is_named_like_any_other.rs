@@ -8,7 +8,7 @@ use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::WorkspacePoses;
 use calibench::residuals::comparison::Comparison;
 use calibench::selection::hold_out::HoldOut;
-use calibench::selection::ladder::{Climb, observed_ladder};
+use calibench::selection::ladder::{LadderProgress, observed_ladder};
 use calibench_report::{
     Page, PageModel, PageSubject, Recommended, Views, diagnosis_tables, each_called, lacking_sentence, ladder_step_sentence,
     sentences,
@@ -49,15 +49,15 @@ fn sentences_of_diagnosis_comparison_and_ladder_call_it_by_its_words() {
 
     let poses = WorkspacePoses::of(&data);
     let mut told = Vec::new();
-    let climbed = observed_ladder(&data, &model, HoldOut { poses: &poses.q, checks: &[], worker: None }, &mut |climb| {
-        if let Climb::Trying(effect) = &climb {
+    let ladder = observed_ladder(&data, &model, HoldOut { poses: &poses.q, checks: &[], worker: None }, &mut |progress| {
+        if let LadderProgress::Trying(effect) = &progress {
             told.push(each_called(&model.registry, effect));
         }
         std::ops::ControlFlow::<std::convert::Infallible>::Continue(())
     });
-    let std::ops::ControlFlow::Continue(climbed) = climbed.unwrap();
+    let std::ops::ControlFlow::Continue(ladder) = ladder.unwrap();
     assert_eq!(told.first().map(String::as_str), Some(CALLED));
-    assert!(ladder_step_sentence(&climbed.steps[1]).starts_with(&format!("+ {CALLED}:")));
+    assert!(ladder_step_sentence(&ladder.steps[1]).starts_with(&format!("+ {CALLED}:")));
 }
 
 #[test]

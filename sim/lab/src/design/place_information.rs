@@ -96,17 +96,20 @@ impl Sought {
 
 /// `M - N (K + diag(prior))^-1 N^T`.
 fn eliminated(m: DMatrix<f64>, n: &DMatrix<f64>, mut k: DMatrix<f64>, prior: &[f64]) -> DMatrix<f64> {
-    if prior.is_empty() {
+    prior.iter().enumerate().for_each(|(i, p)| k[(i, i)] += p);
+    // A ball without prior knowledge or observations removes no information.
+    let seen: Vec<usize> = (0..prior.len()).filter(|&i| k[(i, i)] > 0.0).collect();
+    if seen.is_empty() {
         return m;
     }
-    prior.iter().enumerate().for_each(|(i, p)| k[(i, i)] += p);
+    let (n, k) = (n.select_columns(&seen), k.select_columns(&seen).select_rows(&seen));
     match k.cholesky() {
         Some(factor) => {
             let solved = factor.solve(&n.transpose());
             m - n * solved
         }
-        // A ball without prior knowledge or observations removes no information.
-        None => m,
+        // Observations that leave a ball undetermined give no information: a layout of such balls alone determines nothing.
+        None => DMatrix::zeros(m.nrows(), m.ncols()),
     }
 }
 

@@ -2,7 +2,9 @@
 //! does to them, with noise sampled again.
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::fit::FitError;
 use calibench::identify::problem::Use;
+use calibench::math::LinalgError;
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::robot::kinematics::Posture;
 use calibench::robot::rotation_vector;
@@ -55,11 +57,18 @@ fn corrections(truth: &Calibration, named: &[NamedDataset<'_>], draws: &[Draw]) 
         .flat_map(|d| d.dataset.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d.dataset, s)))
         .collect();
     let mut corrections = Vec::with_capacity(samples.len());
+    let mut singular = None;
     truly.problem.for_each_sample(&truly.values, &mut |posed| {
         let ((dataset, sample), draw) = (samples[posed.place], &draws[posed.place]);
         let noise = match posed.sight {
             Some(sight) => sight * posed.variance.sqrt() * draw.position.x,
-            None => posed.whitener.try_inverse().unwrap_or_default() * draw.position,
+            None => match posed.whitener.try_inverse() {
+                Some(root) => root * draw.position,
+                None => {
+                    singular = Some(LinalgError::Singular { size: 3 });
+                    return;
+                }
+            },
         };
         let too_far = posed.residual - noise;
         let turn = posed.turn.zip(dataset.sigma_orientation(sample));
@@ -74,7 +83,10 @@ fn corrections(truth: &Calibration, named: &[NamedDataset<'_>], draws: &[Draw]) 
             turn: turn.map(|(residual, sigma)| Rotation3::new(draw.turn * sigma) * Rotation3::new(-residual)),
         });
     });
-    Ok(corrections)
+    match singular {
+        Some(error) => Err(FitError::from(error).into()),
+        None => Ok(corrections),
+    }
 }
 
 impl Subject<'_> {

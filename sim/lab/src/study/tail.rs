@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::bands::HALF_WIDTH;
 use super::distribution::{bin, middle};
 
-/// A bound is stated only where the trials beyond it count like this many of equal weight: fewer have no reliable spread.
+/// A bound is stated only where the trials beyond it count like this many of equal weight: fewer have no reliable spread
+/// (decision 0037).
 const LEAST_BEYOND: f64 = 10.0;
 
 /// Weights and squared weights of numbers by their leading bits, as [`Distribution`](super::Distribution) counts them.

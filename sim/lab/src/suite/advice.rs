@@ -40,8 +40,8 @@ pub(super) fn advised(
     match advice {
         Advice::Diagnosis => Some(Advised { calibration: with_claimed?, expected_mm: None }),
         Advice::Ladder => {
-            let climbed = ladder(data, model, HoldOut { poses, checks: &[], worker: None }).ok()?;
-            let ladder_step = climbed.recommended();
+            let ladder = ladder(data, model, HoldOut { poses, checks: &[], worker: None }).ok()?;
+            let ladder_step = ladder.recommended();
             let expected = ladder_step.workspace.as_ref().map(|w| [w.mean.expected, w.mean.low, w.mean.high].map(|v| v / MM));
             Some(Advised { calibration: ladder_step.calibration.clone(), expected_mm: expected })
         }

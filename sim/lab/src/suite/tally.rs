@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use calibench::diagnosis::Verdict;
+use calibench::math::nearest_rank;
 use serde::Serialize;
 
 use super::Outcome;
@@ -77,8 +78,7 @@ const ABOVE_NOISE_MM: f64 = 0.04;
 /// Quantile of the finite values; NaN if there are none.
 pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    if values.is_empty() { f64::NAN } else { values[((values.len() - 1) as f64 * share).round() as usize] }
+    nearest_rank(values, share)
 }
 
 /// Summarises outcomes.

@@ -118,8 +118,8 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
     let visible = (found.chi2_per_dof - 1.0).max(0.0).sqrt();
     let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
     let after = (visible >= VISIBLE).then(|| {
-        let climbed = ladder(&data, model, HoldOut { poses: &poses, checks: &[], worker: None }).unwrap();
-        let after = error(&climbed.recommended().calibration, &validation);
+        let ladder = ladder(&data, model, HoldOut { poses: &poses, checks: &[], worker: None }).unwrap();
+        let after = error(&ladder.recommended().calibration, &validation);
         [after, after / floor]
     });
     Trial {

@@ -6,10 +6,11 @@ use crate::robot::solids::{Clearance, Surroundings, SweptCheck};
 use crate::robot::{FramePose, Robot};
 use crate::units::MM;
 
-/// Largest deviation of an uncalibrated arm from its nominal position, m.
+/// Largest deviation of an uncalibrated arm from its nominal position, m (docs/cell.md).
 pub(super) const NOMINAL_WITHIN: f64 = 5.0 * MM;
 
-/// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position.
+/// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position
+/// (docs/cell.md).
 pub const WAY_MARGIN: f64 = 3.0 * MM + NOMINAL_WITHIN;
 
 /// The cell in which a way is searched for, and the clearance to keep.
