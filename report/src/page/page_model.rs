@@ -124,7 +124,7 @@ impl PageModel {
             "figures": key_figures(&self.ladder_step, forecast.as_ref()),
             "names": figures::names(),
             "commands_from": subject.commands_from,
-            "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref(), commands),
+            "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref()),
             "meanings": candidate::meanings(diagnosis, &ladder),
             "calibration": flagged(fitted(calibration), &self.ladder_step),
             "ladder": ladder,
