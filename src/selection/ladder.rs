@@ -20,7 +20,7 @@ use crate::diagnosis::Verdict;
 
 use self::step::examined_rung;
 use super::objections::Objection;
-use super::recommend::{Choice, ChoiceKind as Kind, Recommendation, recommend};
+use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, recommend};
 use super::withdrawal::{Contradiction, contradicted};
 use crate::diagnosis::library::Library;
 use crate::effects;
@@ -215,7 +215,8 @@ fn step_of<'r>(steps: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderSte
 /// the error there and the error expected over the workspace. Returns its index, and its step if it is not one of the
 /// ladder's.
 ///
-/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
+/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded. Nothing is added to steps whose
+/// residual is noise unless left-out postures are then predicted better beyond chance.
 fn choose(
     datasets: &[NamedDataset<'_>],
     steps: &[LadderStep],
@@ -226,11 +227,19 @@ fn choose(
     let begun_well = first.calibration.unconverged().is_none();
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
+    let ends_at_noise = steps.last().is_some_and(|last| {
+        let converged = last.calibration.unconverged().is_none() && last.calibration.iterations <= READILY;
+        converged && last.diagnosis.verdict.is_noise() && last.measured_worse_than(first).is_none()
+    });
+    let at_noise = recommendation.of_kind(Kind::Steps).filter(|choice| ends_at_noise && choice.convinces());
     let (mut lowest_left, mut best) = (None, None::<(usize, Option<LadderStep>, f64)>);
     for &place in &ranked {
         let choice = &recommendation.choices[place];
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
+        }
+        if at_noise.is_some_and(|at_noise| choice.kind != Kind::Steps && !is_surely_better(choice, at_noise)) {
+            continue;
         }
         let climbed = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
         let reached = match climbed {
@@ -267,6 +276,13 @@ fn choose(
     let begin = &recommendation.choices[0];
     let without = if step_of(steps, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
     Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
+}
+
+/// True if the error of a choice at left-out postures is lower than that of another by more than one standard error, in every
+/// division.
+fn is_surely_better(choice: &Choice, other: &Choice) -> bool {
+    let error = |gain: &Gain| (gain.share / gain.sigma).abs();
+    choice.gains.iter().zip(&other.gains).all(|(a, b)| a.share - b.share > error(a).max(error(b)))
 }
 
 /// Fits and judges a model; `None` unless its fit converges readily.
