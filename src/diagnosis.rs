@@ -1,5 +1,6 @@
 //! Diagnosis of missing effects: the verdict, the findings, and their evidence.
 
+mod addition;
 pub(crate) mod background;
 pub(crate) mod cross_validation;
 mod curve_families;
@@ -19,15 +20,20 @@ pub(crate) mod projection;
 pub(crate) mod relevance;
 mod scatter;
 pub mod shifts;
+mod shortlist;
+mod surfaces;
 pub(crate) mod sweep;
 mod symptoms;
 mod verdict;
+mod whiteness;
 
+pub use addition::{Addition, Over};
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
+pub use surfaces::Surface;
 pub use symptoms::Symptom;
 pub use verdict::Verdict;
 
@@ -150,6 +156,10 @@ pub struct Diagnosis {
     pub relevance: Relevance,
     /// Joint errors of any shape, beyond the library.
     pub heat_map: HeatMap,
+    /// The joint error that follows two variables at once, if one is credible.
+    pub surface: Option<Surface>,
+    /// Probability that noise shows as much order as the residual; `None` if the verdict does not depend on it.
+    pub whiteness_p: Option<f64>,
     /// Effects that these data cannot test.
     pub untestable: Vec<Untestable>,
     /// Effects of the fitted model.
@@ -160,6 +170,9 @@ pub struct Diagnosis {
 
 /// Odds against the background beyond which a single sample disagrees with all others.
 const OUTLIER_ODDS: f64 = 20.0;
+
+/// Number of findings, and of contributions, that are offered.
+const TRIED: usize = 4;
 
 impl Diagnosis {
     /// Withdraws the verdict "noise" for data that do not fit their robot and were accepted by force: their residual is not
@@ -186,11 +199,47 @@ impl Diagnosis {
         self.findings.iter().position(sticks_out)
     }
 
-    /// The curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual.
-    pub fn shape(&self) -> Option<&Curve> {
-        let best = self.heat_map.credible().first().map(|cell| (cell.joint, cell.variable));
-        let curve = self.heat_map.curve.as_ref().filter(|_| self.verdict == Verdict::Unexplained);
-        curve.filter(|c| best == Some((c.joint, c.variable)))
+    /// The shapes of a joint's error that are credible, the most credible first: those that the model has already are left out.
+    pub fn shapes(&self) -> Vec<Addition> {
+        let credible =
+            |curve: &&Curve| self.heat_map.credible().iter().any(|c| (c.joint, c.variable) == (curve.joint, curve.variable));
+        let curve = self.heat_map.curve.as_ref().filter(credible).map(Addition::from);
+        let surface = self.surface.as_ref().map(Addition::from);
+        let mut shapes: Vec<Addition> = match self.surface_wins() {
+            true => surface.into_iter().chain(curve).collect(),
+            false => curve.into_iter().chain(surface).collect(),
+        };
+        shapes.retain(|shape| !self.fitted.iter().any(|id| shape.name == *id));
+        shapes
+    }
+
+    /// The shape that is the answer where no effect of the catalogue explains the residual.
+    pub fn shape(&self) -> Option<Addition> {
+        self.shapes()
+            .into_iter()
+            .next()
+            .filter(|_| self.verdict_without_suspects.unwrap_or(self.verdict) == Verdict::Unexplained)
+    }
+
+    /// True if the error of a joint follows two variables at once rather than one.
+    pub fn surface_wins(&self) -> bool {
+        let ln_curve = self.heat_map.ln_evidence_against_background();
+        self.surface.as_ref().is_some_and(|s| s.ln_evidence_against_background > ln_curve)
+    }
+
+    /// The effects that may be added next, the first to be tried first: what is noticed is offered. A verdict that names effects
+    /// puts them before the shapes; without one, shapes come first, then the largest contributions.
+    pub fn additions(&self) -> Vec<Addition> {
+        let found = self.findings.iter().map(|f| Addition::from(f.hypothesis.in_model.clone())).take(TRIED);
+        let mut all: Vec<Addition> = if self.verdict == Verdict::Unexplained {
+            let contributing = self.contributions.iter().take(TRIED).map(|c| Addition::from(c.effect.clone()));
+            self.shapes().into_iter().chain(contributing).chain(found).collect()
+        } else {
+            found.chain(self.shapes()).collect()
+        };
+        let mut seen = std::collections::BTreeSet::new();
+        all.retain(|addition| seen.insert(addition.name.clone()));
+        all
     }
 
     /// The effects that exclude all suspect samples.

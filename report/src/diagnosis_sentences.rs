@@ -4,18 +4,17 @@ use super::effect_names::{all_called, called, capital};
 use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
 use super::finding_notes::{moment_words, same_words};
 use super::gallery::gallery_page;
-use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
 use super::printout::Sentence;
-use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
+use super::unexplained::{shape_words, unexplained};
 use calibench::diagnosis::hypotheses::Place;
 use calibench::diagnosis::{Diagnosis, Finding, FoundParameter, Verdict};
 use calibench::effects;
+use calibench::effects::EffectId;
 use calibench::effects::facts::Follows;
 use calibench::effects::registry::Registry;
-use calibench::effects::{EffectId, variable_in_words};
 use calibench::identify::fit::Outcome;
 use calibench::units::MM;
 
@@ -27,7 +26,7 @@ const MOST_NAMED: usize = 2;
 
 /// The diagnosis in words: the main effect and how much is still missing; the residual, suspects and noise; the verdict; each
 /// named effect with its observation, meaning and action; and finally what these data cannot test.
-pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<Sentence> {
+pub fn sentences(d: &Diagnosis) -> Vec<Sentence> {
     if let Some(warning) = unconverged(d) {
         return vec![Sentence::answer(warning), Sentence::detail(left(d))];
     }
@@ -45,7 +44,7 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<Sentence> {
         all.extend(outlier(d).map(Sentence::detail));
     }
     all.push(Sentence::answer(verdict(d)));
-    let rest = verdict_explained(d, commands).into_iter().chain(unbelievable(d)).chain(untestable(d));
+    let rest = verdict_explained(d).into_iter().chain(unbelievable(d)).chain(untestable(d));
     all.extend(rest.map(Sentence::detail));
     all
 }
@@ -96,9 +95,10 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
             Some("The noise is stated too large, and what is smaller than it is overlooked.".into())
         }
         Verdict::NoiseLargerThanStated => Some("What the model leaves is noise, and more of it than stated.".into()),
-        Verdict::Unexplained => {
-            Some("What the model leaves exceeds the noise, and no effect of the catalogue explains it.".into())
-        }
+        Verdict::Unexplained => Some(format!(
+            "What the model leaves exceeds the noise, and no effect of the catalogue explains it{}.",
+            shape_words(d).map_or(String::new(), |words| format!("; {words}"))
+        )),
         Verdict::DataDoNotFit => Some("The samples do not fit the robot.".into()),
         Verdict::Indistinguishable => Some(format!(
             "The model lacks one of these, and these samples cannot tell which: {}.",
@@ -149,7 +149,7 @@ fn verdict(d: &Diagnosis) -> String {
             "{word}: nothing left. What remains is noise; no effect of the catalogue is significant. That does not prove accuracy elsewhere: measure where the robot is to work."
         ),
         Verdict::NoiseLargerThanStated => format!(
-            "{word}: noise larger than stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
+            "{word}: noise larger than stated. What remains follows no joint, tool axis, load, time or previous posture{}; state the noise as it is, or measure targets twice to know it.",
             d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
         ),
         Verdict::Identified => {
@@ -171,10 +171,10 @@ fn verdict(d: &Diagnosis) -> String {
 }
 
 /// What led to the verdict, what it means, and what to do.
-fn verdict_explained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+fn verdict_explained(d: &Diagnosis) -> Vec<String> {
     match beneath(d) {
         Verdict::NothingLeft | Verdict::DataDoNotFit | Verdict::SuspectSamples | Verdict::NoiseLargerThanStated => Vec::new(),
-        Verdict::Unexplained => unexplained(d, commands),
+        Verdict::Unexplained => unexplained(d),
         _ => named(d).flat_map(|f| saw_means_do(f, &d.registry)).collect(),
     }
 }
@@ -322,42 +322,6 @@ pub(super) fn sizes(f: &Finding) -> String {
     let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
     let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
     shown.join(", ") + &more
-}
-
-fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
-    let map = &d.heat_map;
-    match map.credible().first().copied() {
-        Some(cell) => {
-            let variable = cell.variable.name();
-            let mut all = vec![format!(
-                "Saw: the error of joint {} follows the {} ({variable}): a smooth curve explains {:.0} % of the residual (log evidence {:+.1} vs. the usual model discrepancy of a robot; its level and what else the fitted model absorbs of it are not seen).",
-                cell.joint + 1,
-                variable_in_words(&variable),
-                100.0 * cell.explains,
-                cell.ln_evidence_against_background
-            )];
-            if let Some(curve) = map.curve.as_ref().filter(|c| c.joint == cell.joint && c.variable == cell.variable) {
-                all.push(format!("Saw: {}.", curve_line(curve)));
-            }
-            all.push(format!(
-                "Means: something turns joint {} that the catalogue does not hold; its shape over {variable} is what is known of it.",
-                cell.joint + 1
-            ));
-            all.push(format!(
-                "Do: look at that shape for the cause; `{}` fits it as a user-defined effect, and judges it.",
-                commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
-            ));
-            all
-        }
-        None => {
-            let largest = all_called(&d.registry, d.contributions.iter().take(3).map(|c| &c.effect));
-            let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {largest}") };
-            vec![
-                format!("Saw: many small effects at about {} plausible sizes each, none of them unusual{most}.", d.background),
-                "Means: this is the usual model discrepancy of a robot beyond the fitted model.".into(),
-            ]
-        }
-    }
 }
 
 /// Effects that these data cannot test, grouped by the missing measurement.

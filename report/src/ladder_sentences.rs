@@ -37,6 +37,9 @@ pub fn objection_sentence(objection: &Objection) -> String {
         }
         Objection::Check { name, by } => format!("'{name}', which was not fitted, gets worse: {}", contradiction(by)),
         Objection::CheckUnjudged { name, because } => format!("'{name}' cannot be judged any more: {because}"),
+        Objection::Measured { by } => {
+            format!("the rows that were not fitted are predicted worse: {}", contradiction(by))
+        }
         Objection::NotFitted { because } => format!("the data do not determine it: {because}"),
     }
 }

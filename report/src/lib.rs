@@ -30,6 +30,7 @@ mod scatter;
 mod shifts;
 mod svg;
 mod tables;
+mod unexplained;
 mod workspace;
 
 pub use charts::{charts_page, charts_text};

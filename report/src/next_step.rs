@@ -68,12 +68,11 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
 
 /// The command that does it.
 pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> String {
-    let curve = diagnosis.heat_map.curve.as_ref();
     match (advice.to_do, advice.effects()) {
-        (ToDo::Add, [one]) => match curve.filter(|curve| curve.effect_name() == *one) {
-            Some(curve) => commands.add(&format!("curve:{}:{}", curve.joint + 1, curve.variable.name())),
-            None => commands.add(one),
-        },
+        (ToDo::Add, [one]) => {
+            let shape = diagnosis.shapes().into_iter().find(|shape| shape.name == *one);
+            commands.add(shape.as_ref().map_or(one, |shape| &shape.id))
+        }
         (ToDo::Add, [first, ..]) => commands.add(first),
         (ToDo::Distinguish, _) => commands.verb("next"),
         _ => commands.verb("ladder"),

@@ -23,7 +23,7 @@ use wide::Wide;
 pub(crate) use wide::{Column, Span};
 
 /// Degrees of freedom that a stated noise is worth: a stated value is often wrong by a factor of 1.5.
-const STATED_NOISE_DOF: f64 = 4.0;
+pub(crate) const STATED_NOISE_DOF: f64 = 4.0;
 
 /// A model fitted to data, and its candidates.
 pub struct Examination {

@@ -108,6 +108,11 @@ impl Freely {
         Ok(Freely { estimate, least })
     }
 
+    /// The value of a parameter nearest to zero that the data allow, in plausible sizes.
+    pub fn nearest(&self, parameter: usize) -> f64 {
+        self.least[parameter].copysign(self.estimate[parameter])
+    }
+
     /// Size of the estimate, rms over its parameters.
     pub fn size(&self) -> f64 {
         rms(&self.estimate)

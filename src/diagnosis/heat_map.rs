@@ -1,10 +1,11 @@
 //! Search for errors beyond the library: any smooth error of one joint as a function of one variable.
 //!
 //! For every joint and variable, `theta_J += f(v)`, where f is a Gaussian process with squared-exponential covariance
-//! on u in [-1, 1] (the range of v in the data), expanded in sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
+//! on u in [-1, 1] (the range of v in the data), expanded in sines on [-1.5, 1.5].
+
+mod series;
 
 use std::borrow::Cow;
-use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,26 +15,24 @@ use super::evidence::{Seen, ln_mean_exp};
 use super::examination::Examination;
 use super::sweep::{self, Sweep};
 use crate::effects::own::{OwnEffect, OwnTerm};
-use crate::identify::Model;
 use crate::identify::fit::FitError;
 use crate::math::positive_definite;
 use crate::robot::{JointKind, Robot};
 use crate::units::{MM, URAD, Unit};
 
+pub(crate) use series::{Scaled, size, term};
+
 /// Length scales on [-1, 1], and the number of terms for each.
 const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
 
 /// Plausible amplitude of a joint error as a function of any variable, rad.
-const AMPLITUDE: f64 = 60.0 * URAD;
+pub(crate) const AMPLITUDE: f64 = 60.0 * URAD;
 
 /// Amplitudes tested, in units of the plausible amplitude.
-const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
-
-/// Half the length of the interval of the series; the data lie in [-1, 1].
-const HALF_LENGTH: f64 = 1.5;
+pub(crate) const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Odds against the background from which a cell is credible.
-const CREDIBLE_ODDS: f64 = 20.0;
+pub(crate) const CREDIBLE_ODDS: f64 = 20.0;
 
 /// Terms with a plausible size below this share of the largest are dropped.
 const LEAST_TERM: f64 = 1e-3;
@@ -169,42 +168,6 @@ pub struct HeatMap {
     pub curve: Option<Curve>,
 }
 
-/// A variable in the data, scaled to [-1, 1].
-struct Scaled {
-    variable: Variable,
-    centre: f64,
-    half_range: f64,
-    u: Vec<f64>,
-}
-
-impl Scaled {
-    fn new(variable: Variable, values: Option<Vec<f64>>) -> Option<Self> {
-        let values = values?;
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let (centre, half_range) = ((low + high) / 2.0, (high - low) / 2.0);
-        // A variable that varies only by rounding has no shape.
-        (half_range > 1e-6 * centre.abs().max(1e-3)).then(|| Scaled {
-            variable,
-            centre,
-            half_range,
-            u: values.iter().map(|v| (v - centre) / half_range).collect(),
-        })
-    }
-}
-
-fn frequency(m: usize) -> f64 {
-    (m + 1) as f64 * PI / (2.0 * HALF_LENGTH)
-}
-
-/// Root of the spectral density at term `m`.
-fn weight(m: usize, length: f64) -> f64 {
-    ((2.0 * PI).sqrt() * length * (-(length * frequency(m)).powi(2) / 2.0).exp()).sqrt()
-}
-
-fn term(m: usize, length: f64, u: f64) -> f64 {
-    weight(m, length) * (frequency(m) * (u + HALF_LENGTH)).sin() / HALF_LENGTH.sqrt()
-}
-
 impl HeatMap {
     /// Tests every joint and variable on the residual of the fit.
     ///
@@ -217,7 +180,7 @@ impl HeatMap {
         let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
         let samples = examination.contexts.len();
         let mut features = DMatrix::zeros(samples, variables.len() * terms);
-        for (v, scaled) in variables.iter().enumerate() {
+        for (v, (_, scaled)) in variables.iter().enumerate() {
             let mut b = v * terms;
             for (length, count) in SCALES {
                 for m in 0..count {
@@ -230,7 +193,7 @@ impl HeatMap {
         }
         let of_joint = |j: usize| {
             let sweep = Sweep::new(examination, background, &sweep::joint(&examination.contexts, j), Cow::Borrowed(&features));
-            let of_variable = |(v, scaled): (usize, &Scaled)| {
+            let of_variable = |(v, (variable, _)): (usize, &(Variable, Scaled))| {
                 let mut first = v * terms;
                 let mut found = [Vec::new(), Vec::new()];
                 let mut explains = 0.0_f64;
@@ -244,7 +207,7 @@ impl HeatMap {
                 }
                 Cell {
                     joint: j,
-                    variable: scaled.variable,
+                    variable: *variable,
                     ln_evidence: ln_mean_exp(&found[0]),
                     ln_evidence_against_background: ln_mean_exp(&found[1]),
                     explains,
@@ -256,8 +219,8 @@ impl HeatMap {
         let aware = |k: &usize| cells[*k].ln_evidence_against_background;
         let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
         let of_cell = |k: usize| {
-            let scaled = variables.iter().find(|s| s.variable == cells[k].variable)?;
-            Some(curve(examination, background, cells[k].joint, scaled))
+            let found = variables.iter().find(|(variable, _)| *variable == cells[k].variable)?;
+            Some(curve(examination, background, cells[k].joint, found))
         };
         let curve = best.and_then(of_cell).transpose()?;
         Ok(HeatMap { cells, best, curve })
@@ -291,37 +254,41 @@ impl Curve {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
-        let Some(scaled) = variables(examination).into_iter().find(|s| s.variable == variable) else { return Ok(None) };
+        let Some(found) = variables(examination).into_iter().find(|(v, _)| *v == variable) else { return Ok(None) };
         let background = Background::new(examination)?;
-        Ok(Some(curve(examination, &background, joint, &scaled)?))
+        Ok(Some(curve(examination, &background, joint, &found)?))
+    }
+
+    /// As the verb `add` takes it: `curve:3:tau2`.
+    pub fn id(&self) -> String {
+        format!("curve:{}:{}", self.joint + 1, self.variable.name())
     }
 
     /// Name of the curve as a user-defined effect: `curve_3_tau2`.
     pub fn effect_name(&self) -> String {
-        format!("curve_{}_{}", self.joint + 1, self.variable.name().replace('+', "_"))
+        self.id().replace([':', '+'], "_")
     }
 
-    /// Returns the model with the curve added as a user-defined effect, with a prior of the size estimated from the
-    /// data.
-    pub fn added_to(&self, model: &Model) -> Model {
-        let plausible = self.terms.iter().map(|t| t.size).fold(f64::MIN_POSITIVE, f64::max);
-        let terms = self.terms.iter().filter(|t| t.size > LEAST_TERM * plausible).map(|CurveTerm { basis, size }| OwnTerm {
-            site: format!("theta:{}", self.joint + 1),
-            // The ratio of the term's plausible size to the common one.
-            basis: format!("{:.6} * {basis}", size / plausible),
-            group: None,
-        });
-        let name = self.effect_name();
-        let effect = OwnEffect { name: name.clone(), unit: Unit::URAD, plausible, terms: terms.collect() };
-        let mut with = model.with(&name);
-        with.own.retain(|o| o.name != name);
-        with.own.push(effect);
-        with.width.insert(name, 1.0);
-        with
+    /// The curve as a user-defined effect, with a prior of the size estimated from the data.
+    pub(crate) fn own_effect(&self) -> OwnEffect {
+        own_effect(self.effect_name(), self.joint, &self.terms)
     }
 }
 
-fn variables(examination: &Examination) -> Vec<Scaled> {
+/// A smooth error of a joint as a user-defined effect of this name; each term has its plausible size.
+pub(crate) fn own_effect(name: String, joint: usize, terms: &[CurveTerm]) -> OwnEffect {
+    let plausible = terms.iter().map(|t| t.size).fold(f64::MIN_POSITIVE, f64::max);
+    let terms = terms.iter().filter(|t| t.size > LEAST_TERM * plausible).map(|CurveTerm { basis, size }| OwnTerm {
+        site: format!("theta:{}", joint + 1),
+        // The ratio of the term's plausible size to the common one.
+        basis: format!("{:.6} * {basis}", size / plausible),
+        group: None,
+    });
+    OwnEffect { name, unit: Unit::URAD, plausible, terms: terms.collect() }
+}
+
+/// Variables that vary in the data.
+pub(crate) fn variables(examination: &Examination) -> Vec<(Variable, Scaled)> {
     let contexts = &examination.contexts;
     let robot = examination.problem.robot();
     let joints = robot.joints();
@@ -337,11 +304,16 @@ fn variables(examination: &Examination) -> Vec<Scaled> {
         all.extend((0..joints).filter(turns).map(|j| (Variable::Torque(j), torque(j))));
     }
     all.push((Variable::Time, contexts.iter().map(|c| c.time_s).collect()));
-    all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()
+    all.into_iter().filter_map(|(variable, values)| Some((variable, Scaled::new(&values?)?))).collect()
 }
 
 /// Posterior curve at the length scale with the higher evidence, with the most credible amplitude.
-fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Result<Curve, FitError> {
+fn curve(
+    examination: &Examination,
+    background: &Background,
+    joint: usize,
+    (variable, scaled): &(Variable, Scaled),
+) -> Result<Curve, FitError> {
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
         let features = DMatrix::from_fn(samples, count, |i, m| term(m, length, scaled.u[i]));
@@ -349,19 +321,19 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
         let block = sweep.block(0, count, AMPLITUDE);
         let seen = Seen::new(block.k.clone(), &block.z);
         let of_size = SIZES.map(|s| (s, seen.ln_evidence(&examination.remainder, &[s])));
-        let (size, ln_evidence) = of_size.into_iter().fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
-        (ln_evidence, length, count, size, block)
+        let (amplitude, ln_evidence) = of_size.into_iter().fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
+        (ln_evidence, length, count, amplitude, block)
     });
     let [first, second] = candidates;
-    let (_, length, count, size, block) = if first.0 >= second.0 { first } else { second };
+    let (_, length, count, amplitude, block) = if first.0 >= second.0 { first } else { second };
     let remainder = &examination.remainder;
     let explained = Seen::new(block.k.clone(), &block.z).explained().0;
     let noise = ((remainder.squares - explained) / remainder.dof).max(f64::MIN_POSITIVE);
-    let precision = &block.k / noise + DMatrix::identity(count, count) / (size * size);
+    let precision = &block.k / noise + DMatrix::identity(count, count) / (amplitude * amplitude);
     let covariance = positive_definite::inverse(precision)?;
     let mean: DVector<f64> = &covariance * &block.z / noise;
-    let variable = scaled.variable;
-    let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let mut curve =
+        Curve { joint, variable: *variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
     let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
     let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
     // The mean is equivalent to the joint's zero offset, which every fit absorbs.
@@ -374,10 +346,8 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
         curve.sigma.push((&covariance * &features).dot(&features).max(0.0).sqrt());
     }
     for m in 0..count {
-        let slope = frequency(m) / scaled.half_range;
-        let phase = frequency(m) * (HALF_LENGTH - scaled.centre / scaled.half_range);
-        let basis = format!("sin({slope:?} * {} + ({phase:?}))", scaled.variable.expression());
-        let size = size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt();
+        let basis = scaled.basis(m, &variable.expression());
+        let size = amplitude * AMPLITUDE * size(m, length);
         curve.terms.push(CurveTerm { basis, size });
     }
     Ok(curve)

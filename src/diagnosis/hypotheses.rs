@@ -19,6 +19,7 @@ use crate::effects;
 use crate::effects::EffectId;
 use crate::effects::family::Scan;
 use crate::identify::fit::FitError;
+use crate::robot::JointKind;
 
 pub use hypothesis::{Hypothesis, Moment, Place};
 use trial::{Trial, Tried, TriedPlace, plausible};
@@ -30,6 +31,9 @@ const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
 /// the wave generator.
 const USUAL_RATIOS: [u32; 11] = [30, 50, 51, 80, 81, 100, 101, 120, 121, 160, 161];
 
+/// Products of sine and cosine of two angles.
+const PRODUCTS: usize = 4;
+
 /// All hypotheses on a fitted model, in the order of the catalogue, scanned families last.
 pub(crate) fn hypotheses(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
     let mut all = named(examination, background);
@@ -37,6 +41,8 @@ pub(crate) fn hypotheses(examination: &Examination, background: &Background) -> 
     let harmonics: Vec<Option<Hypothesis>> =
         (0..joints).into_par_iter().map(|j| harmonic(examination, background, j)).collect();
     all.extend(harmonics.into_iter().flatten());
+    let products: Vec<Option<Hypothesis>> = (0..joints).into_par_iter().map(|j| product(examination, background, j)).collect();
+    all.extend(products.into_iter().flatten());
     let (steps, untestable) = steps::steps(examination, background);
     all.extend(steps);
     all.extend(outlier(examination, background));
@@ -95,11 +101,35 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
         Trial::new(
             examination,
             background,
-            TriedPlace { place: Place::Order(k), in_model: id(k) },
+            TriedPlace { place: Some(Place::Order(k)), in_model: id(k) },
             &sweep.block(2 * b, 2, plausible),
         )
     };
     Tried::of(orders.par_iter().enumerate().map(trial).collect()).hypothesis(examination, EffectId::clone)
+}
+
+/// An error of joint `j` by two joint angles at once, whichever they are.
+fn product(examination: &Examination, background: &Background, j: usize) -> Option<Hypothesis> {
+    let robot = examination.problem.robot();
+    let turns = |j: &usize| robot.kind(*j) == JointKind::Revolute;
+    let joints: Vec<usize> = (0..robot.joints()).filter(turns).collect();
+    let id = |[a, b]: [usize; 2]| EffectId::member(EffectId::PRODUCT, format_args!("{}:{}:{}", j + 1, a + 1, b + 1));
+    let of_pairs = joints.iter().enumerate().flat_map(|(k, &a)| joints[k + 1..].iter().map(move |&b| [a, b]));
+    let pairs: Vec<[usize; 2]> = of_pairs.filter(|&pair| !examination.model.lists(&id(pair))).collect();
+    let plausible = plausible(examination, &id(*pairs.first().filter(|_| turns(&j))?))?;
+    let contexts = &examination.contexts;
+    let feature = |i: usize, c: usize| {
+        let ([a, b], [of_a, of_b]) = (pairs[c / PRODUCTS], [c % PRODUCTS / 2, c % 2]);
+        let wave = |q: f64, of: usize| if of == 0 { q.sin() } else { q.cos() };
+        wave(contexts[i].q[a], of_a) * wave(contexts[i].q[b], of_b)
+    };
+    let features = DMatrix::from_fn(contexts.len(), PRODUCTS * pairs.len(), feature);
+    let sweep = Sweep::new(examination, background, &sweep::joint(contexts, j), Cow::Owned(features));
+    let trial = |(k, &pair): (usize, &[usize; 2])| {
+        let place = TriedPlace { place: None, in_model: id(pair) };
+        Trial::new(examination, background, place, &sweep.block(PRODUCTS * k, PRODUCTS, plausible))
+    };
+    Tried::of(pairs.iter().enumerate().map(trial).collect()).hypothesis(examination, EffectId::clone)
 }
 
 /// Sine and cosine of each order times each angle (rad), two columns per order; `orders` is ascending. Computed by
@@ -130,7 +160,7 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
     let trial = |(i, id): (usize, &String)| {
         let in_model = effects::catalogue::setting_aside(id);
         let is_new = !examination.model.lists(&in_model);
-        let place = TriedPlace { place: Place::Sample(id.clone()), in_model: in_model.into() };
+        let place = TriedPlace { place: Some(Place::Sample(id.clone())), in_model: in_model.into() };
         is_new.then(|| Trial::new(examination, background, place, &sweep.of_sample(i, plausible)))
     };
     let trials: Vec<Option<Trial>> = ids.par_iter().enumerate().map(trial).collect();

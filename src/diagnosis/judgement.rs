@@ -3,31 +3,34 @@
 use super::CurveFamily;
 use super::Examination;
 use super::Relevance;
+use super::Surface;
 use super::Verdict;
 use super::background::Background;
 use super::evidence::{ln_mean_exp, ln_sum_exp};
 use super::explanation::Explanation;
-use super::findings::{Freely, contributions, findings};
+use super::findings::{contributions, findings};
 use super::heat_map::HeatMap;
 use super::hypotheses::{Hypothesis, hypotheses};
-use super::library::{Candidate, Untestable};
+use super::library::Untestable;
+use super::shortlist::{Shortlist, credible};
+use super::whiteness::whiteness;
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
-use crate::residuals::noise_floor::chi2_chance;
+use crate::residuals::noise_floor::{NoiseSource, chi2_chance};
 use crate::residuals::{noise_left, unexplained};
 
 /// An effect is missing if the probability that none is missing is below this; noise alone causes that in less than one
 /// case of a hundred (decision 0012).
 const NOTHING: f64 = 0.05;
 
-/// Probability of the credible set.
-const CREDIBLE: f64 = 0.95;
-
 /// Level at which the residual contradicts the noise.
 const LACK_OF_FIT: f64 = 1e-3;
+
+/// Level at which a residual shows order, so that it is not called noise: noise does so in one case of a hundred.
+const DISORDER: f64 = 0.01;
 
 /// Odds against the background, and against the library, from which a curve of any shape is preferred to the library.
 const CURVE_ODDS: f64 = 20.0;
@@ -47,79 +50,8 @@ const MAIN_SHARE: f64 = 0.5;
 /// The background is present if the data are this many times likelier with it.
 const BACKGROUND_ODDS: f64 = 20.0;
 
-/// A user-defined effect is implausible beyond this many plausible sizes.
-const BELIEVABLE: f64 = 30.0;
-
-/// Number of hypotheses examined closely: this many, or up to twice as many if the credible set is larger, by evidence
-/// against the background, and this many of the others by evidence against noise alone.
-const SHORTLIST: usize = 8;
-
-/// True if the data allow a candidate to lie in the linear range of its family; for a user-defined effect, within
-/// [`BELIEVABLE`].
-fn is_believable(close: &Examination, candidate: usize, effect: &str) -> Result<bool, FitError> {
-    let freely = Freely::of(close, candidate)?;
-    let Some(family) = close.model.family(effect) else { return Ok(freely.least_size() <= BELIEVABLE) };
-    Ok(close.spans[candidate].range().enumerate().all(|(i, column)| {
-        let column = &close.columns[column];
-        let spec = &close.wide.parameters()[column.parameter].spec;
-        family.linear_range.holds(spec, freely.least[i] * column.plausible)
-    }))
-}
-
-/// Hypotheses examined closely, as the candidates of an examination.
-struct Shortlist {
-    close: Examination,
-    hypotheses: Vec<Hypothesis>,
-    believable: Vec<bool>,
-}
-
-impl Shortlist {
-    /// Selects from `all`, which is sorted with the most credible first.
-    fn of(datasets: &[NamedDataset<'_>], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
-        let set = credible(all).clamp(SHORTLIST, 2 * SHORTLIST).min(all.len());
-        let mut places: Vec<usize> = (0..set).collect();
-        let mut plain: Vec<usize> = (0..all.len()).collect();
-        plain.sort_by(|&a, &b| all[b].ln_evidence.total_cmp(&all[a].ln_evidence).then(a.cmp(&b)));
-        places.extend(plain.into_iter().filter(|k| *k >= set).take(SHORTLIST));
-        let hypotheses: Vec<Hypothesis> = places.into_iter().map(|k| all[k].clone()).collect();
-        let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
-        let close = examination.beside(datasets, candidates.collect())?;
-        let is_sample = |h: &Hypothesis| h.effect.family() == EffectId::OUTLIER;
-        let of = |(k, h): (usize, &Hypothesis)| Ok(is_sample(h) || is_believable(&close, k, &h.effect)?);
-        let believable = hypotheses.iter().enumerate().map(of).collect::<Result<_, FitError>>()?;
-        Ok(Shortlist { close, hypotheses, believable })
-    }
-
-    /// The hypothesis with this id, either in a model or in the catalogue.
-    fn named(&self, effect: &str) -> Option<&Hypothesis> {
-        self.hypotheses.iter().find(|h| h.in_model == effect || h.effect == effect)
-    }
-
-    /// Hypotheses of implausible size, with their indices.
-    fn unbelievable(&self) -> impl Iterator<Item = (usize, &Hypothesis)> {
-        self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
-    }
-
-    /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
-    /// out at any size.
-    fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Result<Vec<(EffectId, f64)>, FitError> {
-        let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0)?;
-        let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
-        let told = self.unbelievable().filter(|(_, h)| is_sure(h));
-        told.map(|(k, h)| Ok((h.in_model.clone(), Freely::of(&self.close, k)?.size()))).collect()
-    }
-}
-
-/// Number of hypotheses in the credible set; `all` is sorted with the most credible first.
-fn credible(all: &[Hypothesis]) -> usize {
-    let ln_all = ln_sum_exp(all.iter().map(|h| h.ln_evidence_against_background));
-    let (mut set, mut mass) = (0, 0.0);
-    while mass < CREDIBLE && set < all.len() {
-        mass += (all[set].ln_evidence_against_background - ln_all).exp();
-        set += 1;
-    }
-    set
-}
+/// Times that a shortlist is drawn up again without what cannot be.
+const SHORTLISTS: usize = 4;
 
 /// Evidence from the data, before it is judged.
 struct Evidence<'a> {
@@ -127,6 +59,9 @@ struct Evidence<'a> {
     examination: &'a Examination,
     background: Background,
     heat_map: HeatMap,
+    surface: Option<Surface>,
+    /// Computed where a verdict depends on it.
+    whiteness_p: Option<f64>,
     curve_family: Option<CurveFamily>,
     relevance: Relevance,
     scatter: Scatter,
@@ -152,13 +87,17 @@ impl<'a> Evidence<'a> {
         let (mut all, mut untestable) = hypotheses(examination, &background);
         untestable.splice(0..0, examination.library.untestable.iter().cloned());
         let heat_map = HeatMap::new(examination, &background)?;
+        let surface = Surface::best(examination, &background)?;
         let relevance = Relevance::beside(examination, &background)?;
         let tests = all.len().max(1);
         all.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
         let mut list = Shortlist::of(datasets, examination, &all)?;
         let mut unbelievable = Vec::new();
-        if list.unbelievable().next().is_some() {
-            unbelievable = list.surely_unbelievable(datasets, tests)?;
+        for _ in 0..SHORTLISTS {
+            if list.unbelievable().next().is_none() {
+                break;
+            }
+            unbelievable.extend(list.surely_unbelievable(datasets, tests)?);
             all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
             list = Shortlist::of(datasets, examination, &all)?;
         }
@@ -170,6 +109,8 @@ impl<'a> Evidence<'a> {
             background,
             curve_family: heat_map.curve.as_ref().and_then(|curve| CurveFamily::of(curve, &examination.model.registry)),
             heat_map,
+            surface,
+            whiteness_p: None,
             relevance,
             scatter: Scatter::of(datasets, examination),
             untestable,
@@ -209,13 +150,22 @@ impl<'a> Evidence<'a> {
         self.scatter.lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT)
     }
 
-    /// True if a curve of any shape is preferred to the library.
-    fn curve_wins(&self) -> bool {
+    /// The surface, if it is more credible than every curve.
+    fn surface_wins(&self) -> Option<&Surface> {
         let ln_curve = self.heat_map.ln_evidence_against_background();
-        let curve_takes = self.heat_map.best_cell().map_or(0.0, |c| c.explains);
-        ln_curve > CURVE_ODDS.ln()
-            && ln_curve - self.ln_mean > CURVE_ODDS.ln()
-            && self.best().map_or(0.0, |h| h.explains) < CURVE_IS_NEW * curve_takes
+        self.surface.as_ref().filter(|s| s.ln_evidence_against_background > ln_curve)
+    }
+
+    /// True if a shape, a curve or a surface, is preferred to the library.
+    fn shape_wins(&self) -> bool {
+        let curve_takes = || self.heat_map.best_cell().map_or(0.0, |c| c.explains);
+        let (ln_shape, takes) = match self.surface_wins() {
+            Some(surface) => (surface.ln_evidence_against_background, surface.explains),
+            None => (self.heat_map.ln_evidence_against_background(), curve_takes()),
+        };
+        ln_shape > CURVE_ODDS.ln()
+            && ln_shape - self.ln_mean > CURVE_ODDS.ln()
+            && self.best().map_or(0.0, |h| h.explains) < CURVE_IS_NEW * takes
     }
 
     /// True if an effect leaves no more than noise or, if the noise is unknown, if the background is ordinary.
@@ -234,8 +184,9 @@ impl<'a> Evidence<'a> {
     /// The verdict, and the effect to be named first.
     fn verdict(&self) -> (Verdict, Option<&Hypothesis>) {
         let main = self.main().filter(|h| self.is_main(h));
-        if self.curve_wins() {
-            let family = self.curve_family.as_ref().and_then(|f| self.list.named(&f.effect));
+        if self.shape_wins() {
+            let family = self.curve_family.as_ref().filter(|_| self.surface_wins().is_none());
+            let family = family.and_then(|f| self.list.named(&f.effect));
             return match family.or(main) {
                 Some(first) => (Verdict::Partly, Some(first)),
                 None => (Verdict::Unexplained, self.best()),
@@ -250,11 +201,14 @@ impl<'a> Evidence<'a> {
                 (false, _) => (Verdict::Partly, self.main().or(Some(best))),
             };
         }
-        if !self.lack_of_fit() {
+        if !self.lack_of_fit() && (self.scatter.lack_of_fit_p.is_some() || self.is_white()) {
             return (Verdict::NothingLeft, self.best());
         }
         match main {
-            _ if !self.is_structured() => (Verdict::NoiseLargerThanStated, self.best()),
+            // Replicates know the noise: what exceeds it is not noise.
+            _ if !self.is_structured() && self.noise_is_only_stated() && self.is_white() => {
+                (Verdict::NoiseLargerThanStated, self.best())
+            }
             Some(main) => (Verdict::Partly, Some(main)),
             None => (Verdict::Unexplained, self.best()),
         }
@@ -264,6 +218,15 @@ impl<'a> Evidence<'a> {
     fn is_structured(&self) -> bool {
         let [none, sizes @ ..] = &self.background.ln_evidence[..] else { return false };
         ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
+    }
+
+    fn noise_is_only_stated(&self) -> bool {
+        self.scatter.noise.source == NoiseSource::Stated
+    }
+
+    /// True if the residual shows no order: only then is it noise.
+    fn is_white(&self) -> bool {
+        self.whiteness_p.is_none_or(|p| p >= DISORDER)
     }
 
     /// Effects of the credible set, including the one to be named first; empty if the verdict names no effects.
@@ -311,6 +274,9 @@ impl<'a> Evidence<'a> {
     /// The diagnosis with all samples, suspects included.
     fn diagnosis(mut self) -> Result<Diagnosis, FitError> {
         let (examination, fit) = (self.examination, &self.examination.fit);
+        if self.examination.fit.dof > 0 && (self.lack_of_fit() || self.scatter.lack_of_fit_p.is_none()) {
+            self.whiteness_p = whiteness(examination, &self.background);
+        }
         let (verdict, first) = self.verdict();
         let first = first.cloned();
         if verdict == Verdict::NoiseLargerThanStated {
@@ -350,6 +316,8 @@ impl<'a> Evidence<'a> {
             scatter: self.scatter,
             relevance: self.relevance,
             heat_map: self.heat_map,
+            surface: self.surface,
+            whiteness_p: self.whiteness_p,
             untestable: self.untestable,
         })
     }

@@ -4,8 +4,8 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::hold_out::HoldOut;
-use super::ladder::{LadderProgress, LadderStep, RefusedStep, next_step, step};
-use super::objections::Objection;
+use super::ladder::next_step::next_step;
+use super::ladder::{LadderProgress, LadderStep, RefusedStep};
 use crate::diagnosis::Verdict;
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
@@ -45,8 +45,7 @@ impl ToDo {
 pub struct Advice {
     /// Recommended next step.
     pub to_do: ToDo,
-    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
-    /// the curve of the joint that is significant, if that predicts better. `None` if nothing does.
+    /// The first step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. `None` if it takes none.
     pub step: Option<Box<LadderStep>>,
     /// Steps that the ladder tried before.
     pub refused: Vec<RefusedStep>,
@@ -70,16 +69,13 @@ impl Advice {
         if let Some(to_do) = without_step {
             return Ok(Advice { to_do, step: None, refused });
         }
-        let next = next_step::<Infallible>(datasets, below, ground, &mut |progress| {
+        let next = next_step::<Infallible>(datasets, std::slice::from_ref(below), ground, &mut |progress| {
             if let LadderProgress::Refused(step) = progress {
                 refused.push(step.clone());
             }
             ControlFlow::Continue(())
         })?;
-        let step = match next {
-            Ok(step) => Some(step),
-            Err(_) => curve(datasets, below, ground)?,
-        };
+        let step = next.ok();
         // A sample that disagrees with all others is excluded in any case.
         let sets_aside = step.as_ref().is_some_and(|step| step.added == diagnosis.without_suspects());
         let to_do = match (&step, verdict) {
@@ -95,16 +91,4 @@ impl Advice {
     pub fn effects(&self) -> &[EffectId] {
         self.step.as_ref().map_or(&[], |step| &step.added)
     }
-}
-
-/// The step that adds the curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual
-/// and nothing speaks against that step.
-fn curve(
-    datasets: &[NamedDataset<'_>],
-    below: &LadderStep,
-    ground: HoldOut<'_>,
-) -> Result<Option<Box<LadderStep>>, IdentifyError> {
-    let Some(curve) = below.diagnosis.shape() else { return Ok(None) };
-    let step = step(datasets, below, &curve.added_to(&below.model), vec![curve.effect_name().into()], ground)?;
-    Ok((!step.objections(below).iter().any(Objection::refuses)).then(|| Box::new(step)))
 }

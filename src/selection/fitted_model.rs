@@ -53,6 +53,7 @@ impl FitScores {
             posture: &self.posture,
             sessions: &self.sessions,
             checks: &[],
+            held_out: &[],
             workspace: None,
             diagnosis: None,
         }

@@ -2,27 +2,28 @@
 //! recommended in the end.
 
 mod field;
+pub(crate) mod next_step;
 mod progress;
 pub(crate) mod step;
 
 use std::ops::ControlFlow;
 
+use next_step::next_step;
 use progress::{Interrupted, Observer, report, unobserved};
 
+pub use next_step::{Next, best_step};
 pub use progress::LadderProgress;
 pub use step::{LadderStep, add, ladder_step, step};
 
 use super::hold_out::HoldOut;
 use crate::diagnosis::Examination;
-use crate::diagnosis::{Diagnosis, Verdict};
-use crate::effects::EffectId;
+use crate::diagnosis::Verdict;
 
 use self::step::examined_rung;
 use super::objections::Objection;
-use super::recommend::steps::gains_of_each;
-use super::recommend::{Choice, ChoiceKind as Kind, Recommendation, recommend};
+use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, recommend};
 use super::withdrawal::{Contradiction, contradicted};
-use crate::effects;
+use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
@@ -30,9 +31,6 @@ use crate::measure::dataset::NamedDataset;
 
 /// Largest number of steps that are added to the first model.
 const MOST_STEPS: usize = 16;
-
-/// Number of findings, and of contributions, that are tried at one step.
-const TRIED: usize = 4;
 
 /// Models whose squared errors at left-out postures are within this factor of the best count as equally good; the
 /// choice among them then depends on how well they extrapolate.
@@ -171,7 +169,7 @@ fn run<B>(
         if steps.len() > MOST_STEPS {
             break StopReason::StepLimit;
         }
-        match next_step(datasets, below, ground, observer)? {
+        match next_step(datasets, &steps, ground, observer)? {
             Ok(next) => {
                 report(observer, LadderProgress::Reached(&next))?;
                 steps.push(*next);
@@ -182,11 +180,20 @@ fn run<B>(
     report(observer, LadderProgress::Choosing)?;
     let first = &steps[0];
     let added: Vec<EffectId> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
-    let examination = Examination::with(datasets, model, Vec::new())?;
+    let last = &steps[steps.len() - 1].model;
+    let with_shapes = Model { own: last.own.clone(), width: last.width.clone(), ..model.clone() };
+    let examination = Examination::with(datasets, &with_shapes, Vec::new())?;
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
     let bad = steps.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
     let mut recommendation = recommend(datasets, &examination, [&added, bad])?;
+    for choice in &mut recommendation.choices {
+        // Of the shapes a model keeps those that it contains.
+        let Model { effects, own, width, .. } = &mut choice.model;
+        let is_known = |name: &str| effects.iter().any(|e| *e == name) || model.own.iter().any(|o| o.name == name);
+        own.retain(|o| is_known(&o.name));
+        width.retain(|name, _| is_known(name) || model.width.contains_key(name));
+    }
     let (chosen, mut other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     let named = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
@@ -215,7 +222,8 @@ fn step_of<'r>(steps: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderSte
 /// the error there and the error expected over the workspace. Returns its index, and its step if it is not one of the
 /// ladder's.
 ///
-/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
+/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded. Nothing is added to steps whose
+/// residual is noise unless left-out postures are then predicted better beyond chance.
 fn choose(
     datasets: &[NamedDataset<'_>],
     steps: &[LadderStep],
@@ -226,11 +234,19 @@ fn choose(
     let begun_well = first.calibration.unconverged().is_none();
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
+    let ends_at_noise = steps.last().is_some_and(|last| {
+        let converged = last.calibration.unconverged().is_none() && last.calibration.iterations <= READILY;
+        converged && last.diagnosis.verdict.is_noise() && last.measured_worse_than(first).is_none()
+    });
+    let at_noise = recommendation.of_kind(Kind::Steps).filter(|choice| ends_at_noise && choice.convinces());
     let (mut lowest_left, mut best) = (None, None::<(usize, Option<LadderStep>, f64)>);
     for &place in &ranked {
         let choice = &recommendation.choices[place];
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
+        }
+        if at_noise.is_some_and(|at_noise| choice.kind != Kind::Steps && !is_surely_better(choice, at_noise)) {
+            continue;
         }
         let known = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
         let reached = match known {
@@ -269,100 +285,15 @@ fn choose(
     Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
 }
 
+/// True if the error of a choice at left-out postures is lower than that of another by more than one standard error, in every
+/// division.
+fn is_surely_better(choice: &Choice, other: &Choice) -> bool {
+    let error = |gain: &Gain| (gain.share / gain.sigma).abs();
+    choice.gains.iter().zip(&other.gains).all(|(a, b)| a.share - b.share > error(a).max(error(b)))
+}
+
 /// Fits and judges a model; `None` unless its fit converges readily.
 fn readily_fitted(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
     let examination = Examination::within_steps(datasets, model, READILY).ok()??;
     examined_rung(datasets, model, &examination, ground).ok()
-}
-
-/// The next step, or those that were refused.
-pub type Next = Result<Box<LadderStep>, Vec<RefusedStep>>;
-
-/// Finds the step that a ladder takes after `below`.
-///
-/// # Errors
-/// When the gain of the effects cannot be computed. A step that cannot be fitted is not taken.
-pub fn best_step(datasets: &[NamedDataset<'_>], below: &LadderStep, ground: HoldOut<'_>) -> Result<Next, IdentifyError> {
-    Ok(next_step(datasets, below, ground, &mut unobserved)?)
-}
-
-/// As [`best_step`], and reports its progress.
-///
-/// # Errors
-/// As [`best_step`], and if `observer` cancels.
-pub(super) fn next_step<B>(
-    datasets: &[NamedDataset<'_>],
-    below: &LadderStep,
-    ground: HoldOut<'_>,
-    observer: &mut Observer<'_, B>,
-) -> Result<Next, Interrupted<B>> {
-    let mut tried = Vec::new();
-    let suspects = below.diagnosis.without_suspects();
-    if !suspects.is_empty() {
-        // A bad sample may seem useful as long as another one remains, so all suspects are excluded together.
-        report(observer, LadderProgress::Trying(&suspects))?;
-        let objections = match add(datasets, below, &suspects, ground) {
-            Ok(next) => {
-                let mut objections = next.objections(below);
-                objections.extend(next.objection_of_the_others(below));
-                if !objections.iter().any(Objection::refuses) {
-                    return Ok(Ok(Box::new(next)));
-                }
-                objections
-            }
-            Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
-        };
-        let refused = RefusedStep { effects: suspects.clone(), objections };
-        report(observer, LadderProgress::Refused(&refused))?;
-        tried.push(refused);
-    }
-    let mut effects = candidates(&below.diagnosis);
-    if below.diagnosis.shape().is_some() {
-        // Samples in which a shape shows most are not bad samples: the shape is what is missing.
-        effects.retain(|id| effects::catalogue::set_aside_by(id).is_none() || suspects.iter().any(|s| id == s));
-    }
-    if below.would_miss(suspects.len()) {
-        // If they are refused together, none of them is tried alone.
-        effects.retain(|id| !suspects.iter().any(|s| id == s));
-    }
-    let gains = gains_of_each(datasets, &below.model, &effects)?;
-    let mut order: Vec<usize> = (0..effects.len()).collect();
-    if below.diagnosis.verdict == Verdict::Unexplained {
-        let gained = |k: usize| gains[k].iter().map(|g| g.share).sum::<f64>();
-        order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
-    }
-    for k in order {
-        let effect = [effects[k].clone()];
-        report(observer, LadderProgress::Trying(&effect))?;
-        let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
-            Some(gain) => vec![Objection::Gain(*gain)],
-            None => match add(datasets, below, &effect, ground) {
-                Ok(next) => {
-                    let objections = next.objections(below);
-                    if !objections.iter().any(Objection::refuses) {
-                        return Ok(Ok(Box::new(next)));
-                    }
-                    objections
-                }
-                Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
-            },
-        };
-        let refused = RefusedStep { effects: effect.to_vec(), objections };
-        report(observer, LadderProgress::Refused(&refused))?;
-        tried.push(refused);
-    }
-    Ok(Err(tried))
-}
-
-/// Effects to try next: the first findings and, if the verdict is `Unexplained`, the largest contributions before them.
-fn candidates(diagnosis: &Diagnosis) -> Vec<EffectId> {
-    let found = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone());
-    if diagnosis.verdict != Verdict::Unexplained {
-        return found.take(TRIED).collect();
-    }
-    let contributing = diagnosis.contributions.iter().map(|c| c.effect.clone());
-    let mut all: Vec<EffectId> = contributing.take(TRIED).chain(found.take(TRIED)).collect();
-    let mut seen = std::collections::BTreeSet::new();
-    all.retain(|e| seen.insert(e.clone()));
-    all
 }

@@ -22,6 +22,9 @@ const MISSED: usize = 40;
 /// Share by which the error of a campaign must increase to count as worse.
 const WORSE: f64 = 0.01;
 
+/// Number of standard errors by which the measured error may not rise.
+const ONE_ERROR: f64 = 1.0;
+
 /// An objection to a step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Objection {
@@ -65,6 +68,11 @@ pub enum Objection {
         /// Reason.
         because: String,
     },
+    /// Rows of set `validation`, which were not fitted, are predicted worse by more than one standard error.
+    Measured {
+        /// Size and significance of the increase.
+        by: Contradiction,
+    },
     /// The data do not determine the model.
     NotFitted {
         /// Reason.
@@ -91,6 +99,8 @@ pub(crate) struct Scored<'a> {
     pub posture: &'a [usize],
     pub sessions: &'a [SessionError],
     pub checks: &'a [Check],
+    /// Squared errors at rows of set `validation`, m².
+    pub held_out: &'a [f64],
     /// `None` if it cannot be predicted, or is not yet.
     pub workspace: Option<&'a WorkspaceError>,
     /// `None` before the diagnosis.
@@ -164,6 +174,13 @@ impl<'a> Compared<'a> {
         Gain::of(Division::Time, &before, &after).filter(|gain| !gain.convinces()).map(Objection::Gain)
     }
 
+    /// Objection that rows of set `validation` are predicted worse. The measured error decides before any that is expected.
+    pub fn objection_of_the_measured(&self) -> Option<Objection> {
+        let rows: Vec<usize> = (0..self.after.held_out.len()).collect();
+        let by = Contradiction::beyond(ONE_ERROR, self.before.held_out, self.after.held_out, &rows);
+        by.map(|by| Objection::Measured { by })
+    }
+
     /// Objections to the step.
     pub fn objections(&self) -> Vec<Objection> {
         let mut all = Vec::new();
@@ -203,6 +220,7 @@ impl<'a> Compared<'a> {
                 _ => {}
             }
         }
+        all.extend(self.objection_of_the_measured());
         if let (Some(before), Some(after)) = (below.workspace, above.workspace) {
             let mean = [before.mean.expected, after.mean.expected];
             if mean[1] > mean[0] * (1.0 - A_FALL) {

@@ -25,6 +25,11 @@ impl Contradiction {
     /// Compares squared errors (m²) of the same rows before and after, given the posture index of each row; `None`
     /// unless they are significantly larger, or with fewer than three postures.
     pub fn of(before: &[f64], after: &[f64], posture: &[usize]) -> Option<Self> {
+        Contradiction::beyond(SIGNIFICANT, before, after, posture)
+    }
+
+    /// As [`Contradiction::of`], for an increase by this many standard errors.
+    pub(crate) fn beyond(least: f64, before: &[f64], after: &[f64], posture: &[usize]) -> Option<Self> {
         let count = posture.iter().max().map_or(0, |p| p + 1);
         let mut differences = vec![(0.0, 0.0); count];
         for ((b, a), &p) in before.iter().zip(after).zip(posture) {
@@ -39,7 +44,7 @@ impl Contradiction {
         let error = (each.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         let rms = [before, after].map(|squares| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt());
         let sigma = mean / error.max(f64::MIN_POSITIVE);
-        (sigma > SIGNIFICANT && rms[1] > rms[0] * (1.0 + WORSE)).then_some(Contradiction { rms, sigma })
+        (sigma > least && rms[1] > rms[0] * (1.0 + WORSE)).then_some(Contradiction { rms, sigma })
     }
 }
 

@@ -50,6 +50,7 @@ mod kinematics_and_statics_match_pinocchio;
 mod mastering_refuses_what_is_not_a_master_ball;
 mod orientations_are_identified;
 mod other_peoples_data_comes_in_whole;
+mod outside_robots;
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
 mod pool_probes_every_ball_of_the_paper;
@@ -63,6 +64,7 @@ mod several_points_of_a_tool_share_it;
 mod tables_are_read_however_they_come;
 mod the_gallery_is_whole;
 mod the_loop_makes_the_golden_centrings;
+mod what_is_noticed_is_offered;
 mod what_stands_out_is_what_is_wrong;
 #[path = "../../benches/works/mod.rs"]
 mod works;

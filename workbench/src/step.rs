@@ -1,8 +1,7 @@
 //! One step of a hunt: an effect, given by its id, added to a fitted model.
 
-use calibench::diagnosis::Examination;
-use calibench::diagnosis::heat_map::{Curve, Variable};
 use calibench::diagnosis::hypotheses::place;
+use calibench::diagnosis::{Addition, Examination, Over};
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::Model;
@@ -32,17 +31,17 @@ pub enum StepError {
 pub enum Wanted {
     /// An effect, possibly without its place.
     Effect(String),
-    /// The curve of a cell of the heat map, joint counted from 0.
-    Curve {
+    /// The error of a joint, counted from 0, as a function of one variable or two.
+    Shape {
         /// The joint.
         joint: usize,
-        /// The variable that its error follows.
-        variable: Variable,
+        /// What its error follows.
+        over: Over,
     },
 }
 
 impl Wanted {
-    /// Parses an id: an effect as listed by `effects`, one without its place, or `curve:J:VARIABLE`.
+    /// Parses an id: an effect as listed by `effects`, one without its place, `curve:J:VARIABLE` or `curve:J:V:W`.
     ///
     /// # Errors
     /// If this robot has no such effect, these data have no such ball or sample, or the model already contains it.
@@ -58,10 +57,10 @@ impl Wanted {
             if let Some(joint) = joint.filter(|j| dataset.robot.kind(j - 1) == JointKind::Prismatic) {
                 return Err(wrong(format!("joint {joint} is prismatic, and curves are of joints that turn")));
             }
-            return match (joint, Variable::parse(variable, &dataset.robot)) {
-                (Some(joint), Some(variable)) => Ok(Wanted::Curve { joint: joint - 1, variable }),
+            return match (joint, Over::parse(variable, &dataset.robot)) {
+                (Some(joint), Some(over)) => Ok(Wanted::Shape { joint: joint - 1, over }),
                 _ => Err(wrong(format!(
-                    "effect '{id}' is not a curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"
+                    "effect '{id}' is not a curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s, or with two of them, as curve:3:q2:q4"
                 ))),
             };
         }
@@ -98,17 +97,15 @@ impl Wanted {
                 };
                 Ok((model.with(&placed), placed))
             }
-            Wanted::Curve { joint, variable } => {
-                let wrong = |why: String| StepError::Effect(format!("effect 'curve:{}:{}': {why}", joint + 1, variable.name()));
+            Wanted::Shape { joint, over } => {
+                let wrong = |why: String| StepError::Effect(format!("effect 'curve:{}:{over}': {why}", joint + 1));
                 let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
-                let curve = Curve::of(&examination, *joint, *variable).map_err(|e| wrong(e.to_string()))?;
-                let curve =
-                    curve.ok_or_else(|| wrong(format!("{} does not vary in these data, or is not known", variable.name())))?;
-                let name = curve.effect_name();
-                if model.lists(&name) {
-                    return Err(wrong(format!("the model contains it already, as '{name}'")));
+                let shape = Addition::shape(&examination, *joint, *over).map_err(|e| wrong(e.to_string()))?;
+                let shape = shape.ok_or_else(|| wrong(format!("{over} does not vary in these data, or is not known")))?;
+                if model.lists(&shape.name) {
+                    return Err(wrong(format!("the model contains it already, as '{}'", shape.name)));
                 }
-                Ok((curve.added_to(model), name))
+                Ok((shape.added_to(model), shape.name.to_string()))
             }
         }
     }
@@ -126,7 +123,7 @@ impl Wanted {
         let (wider, added) = self.wider(datasets, &before.model)?;
         let wrong = match self {
             Wanted::Effect(_) => StepError::Data,
-            Wanted::Curve { .. } => StepError::Model,
+            Wanted::Shape { .. } => StepError::Model,
         };
         step(datasets, before, &wider, vec![added.into()], ground).map_err(wrong)
     }

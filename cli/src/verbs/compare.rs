@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::diagnosis::Examination;
+use calibench::diagnosis::{Examination, diagnose};
 use calibench::files::disk::check_output_folder;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
@@ -11,7 +11,7 @@ use calibench::prediction::{Extrapolation, WorkspacePoses};
 use calibench::residuals::comparison::Comparison;
 use calibench_report::{
     Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, comparison_headline, comparison_sentences, comparison_text,
-    documents, extrapolation_sentence, write_comparison_plots,
+    documents, extrapolation_sentence, lacking_sentence, write_comparison_plots,
 };
 
 use crate::arguments::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
@@ -70,14 +70,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         waiting.warn(&warning);
     }
     let forecast = of_fitted_rows(&calibration, &named(&datasets));
+    // Of the rows that were fitted, the first finding is that of their diagnosis: views show where, not why.
+    let of_fit = comparison.fit_relation.fitted && which == Use::Fit;
+    let diagnosis = of_fit.then(|| diagnose(&named(&datasets), &calibration.model).ok()).flatten();
+    let first = diagnosis.as_ref().and_then(lacking_sentence);
     drop(waiting);
     if let Some(folder) = &arguments.plots {
         write_comparison_plots(&comparison, forecast.as_ref().ok(), folder)?;
     }
     if arguments.json {
-        print_json(&documents::Comparison::of(&comparison, forecast.as_ref().ok(), &beyond))?;
+        let mut document = documents::Comparison::of(&comparison, forecast.as_ref().ok(), &beyond);
+        document.sentences.splice(0..0, first);
+        print_json(&document)?;
     } else {
         print_answer(format!("{}\n", comparison_headline(&comparison)))?;
+        first.iter().try_for_each(|sentence| print_answer(format!("* {sentence}")))?;
         comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;
         print(Printout::from("\n") + comparison_text(&comparison, &forecast))?;
         if !comparison.findings.is_empty() && which == Use::Fit {

@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => Err(NoForecast::of(&step.undetermined)),
     };
     if arguments.json {
-        let document = documents::Diagnosis::of(diagnosis, forecast.as_ref().ok(), &commands);
+        let document = documents::Diagnosis::of(diagnosis, forecast.as_ref().ok());
         let advice = Some(documents::Advised::of(&advice, diagnosis, &commands));
         print_json(&documents::Diagnosis {
             misfit: gate.misfit,
@@ -93,7 +93,7 @@ fn tell(
     advice: &Advice,
     commands: &Recommended,
 ) -> Result<(), Failure> {
-    for sentence in sentences(diagnosis, commands) {
+    for sentence in sentences(diagnosis) {
         if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
     print_answer(forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;

@@ -281,10 +281,9 @@ impl Finding {
 }
 
 impl Diagnosis {
-    /// The document of a diagnosis; `forecast` is the expected error over the workspace, and `commands` are those that its
-    /// sentences recommend.
+    /// The document of a diagnosis; `forecast` is the expected error over the workspace.
     #[must_use]
-    pub fn of(d: &diagnosis::Diagnosis, forecast: Option<&Forecast>, commands: &Recommended) -> Self {
+    pub fn of(d: &diagnosis::Diagnosis, forecast: Option<&Forecast>) -> Self {
         let explained =
             |e: &diagnosis::Explained| Explained { effect: e.effect.to_string(), explains_percent: 100.0 * e.share };
         let contribution =
@@ -319,7 +318,7 @@ impl Diagnosis {
             fitted: d.fitted.clone(),
             workspace: forecast.map(Workspace::of_forecast),
             outside_range: forecast.and_then(|o| OutsideRange::of(&o.extrapolation)),
-            sentences: texts(sentences(d, commands)),
+            sentences: texts(sentences(d)),
             advice: None,
             scatter: Scatter::of(&d.scatter),
             misfit: None,

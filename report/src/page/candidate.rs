@@ -11,7 +11,7 @@ use crate::gallery::gallery_page;
 use crate::meaning::{meaning, what};
 use crate::symptom_sentence;
 use calibench::diagnosis::heat_map::Curve;
-use calibench::diagnosis::{Diagnosis, Finding, Symptom, Verdict};
+use calibench::diagnosis::{Diagnosis, Finding, Surface, Symptom};
 use calibench::effects::EffectId;
 use calibench::effects::registry::Registry;
 use calibench::identify::Model;
@@ -59,16 +59,15 @@ pub(super) struct Offered {
 }
 
 impl Offered {
-    /// The findings, best first, preceded by the best curve if no effect of the catalogue explains the residual.
+    /// The findings, best first, preceded by the shape that is found if no effect of the catalogue explains the residual.
     pub fn all(model: &Model, diagnosis: &Diagnosis) -> Vec<Self> {
-        let unexplained = diagnosis.verdict == Verdict::Unexplained;
-        let curve = diagnosis.heat_map.curve.as_ref().filter(|_| unexplained && !diagnosis.heat_map.credible().is_empty());
-        let curve = curve.map(|c| Offered { effect: curve_id(c).into(), wider: c.added_to(model), period: None });
+        let shape = diagnosis.shape();
+        let shape = shape.map(|s| Offered { effect: EffectId::new(&s.id), wider: s.added_to(model), period: None });
         let finding = |f: &Finding| {
             let effect = f.hypothesis.in_model.clone();
             Offered { wider: model.with(&effect), effect, period: period(f, &model.registry) }
         };
-        curve.into_iter().chain(diagnosis.findings.iter().map(finding)).collect()
+        shape.into_iter().chain(diagnosis.findings.iter().map(finding)).collect()
     }
 }
 
@@ -131,11 +130,6 @@ impl Candidate {
     }
 }
 
-/// The id of a curve as `add` accepts it.
-pub(super) fn curve_id(curve: &Curve) -> String {
-    format!("curve:{}:{}", curve.joint + 1, curve.variable.name())
-}
-
 /// Joint, counted from 0, and periods per revolution of an effect periodic in a joint's angle.
 fn period(f: &Finding, registry: &Registry) -> Option<(usize, u32)> {
     let id = &f.hypothesis.in_model;
@@ -158,7 +152,8 @@ pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
     let ids = ids.chain(diagnosis.together.iter().map(|t| &t.effect)).chain(diagnosis.curve_family.iter().map(|f| &f.effect));
     let ids = ids.chain(diagnosis.unbelievable.iter().map(|(effect, _)| effect));
     named.extend(ids.chain(diagnosis.untestable.iter().map(|u| &u.effect)).map(ToString::to_string));
-    named.extend(diagnosis.heat_map.curve.as_ref().map(curve_id));
+    named.extend(diagnosis.heat_map.curve.as_ref().map(Curve::id));
+    named.extend(diagnosis.surface.as_ref().map(Surface::id));
     effects_in(ladder, &mut named);
     Value::Object(named.into_iter().map(|id| meaning_of(&diagnosis.registry, id)).collect())
 }

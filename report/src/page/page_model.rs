@@ -112,7 +112,7 @@ impl PageModel {
     /// # Errors
     /// If the validation rows cannot be predicted.
     pub fn json(&self, subject: &PageSubject<'_>, ladder: Value) -> Result<Value, IdentifyError> {
-        let PageSubject { datasets, judged, commands, .. } = subject;
+        let PageSubject { datasets, judged, .. } = subject;
         let LadderStep { calibration, diagnosis, .. } = &self.ladder_step;
         let forecast = self.forecast();
         let mut document = json!({
@@ -124,7 +124,7 @@ impl PageModel {
             "figures": key_figures(&self.ladder_step, forecast.as_ref()),
             "names": figures::names(),
             "commands_from": subject.commands_from,
-            "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref(), commands),
+            "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref()),
             "meanings": candidate::meanings(diagnosis, &ladder),
             "calibration": flagged(fitted(calibration), &self.ladder_step),
             "ladder": ladder,

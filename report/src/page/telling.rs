@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::candidate::{Candidate, curve_id};
+use super::candidate::Candidate;
 use super::residuals::{Point, Residuals};
 use super::shorts;
 use calibench::diagnosis::{Diagnosis, Verdict};
@@ -32,7 +32,7 @@ pub(super) fn telling(d: &Diagnosis, points: &Residuals, first: Option<&Candidat
 
 /// Selects the picture for one candidate; the result refers to it by index 0.
 pub(super) fn telling_of(d: &Diagnosis, points: &Residuals, first: &Candidate, comparison: &Comparison) -> Value {
-    if let Some(curve) = d.heat_map.curve.as_ref().filter(|c| first.effect == curve_id(c)) {
+    if let Some(curve) = d.heat_map.curve.as_ref().filter(|c| first.effect == c.id()) {
         let (unit, si) = curve.variable.unit();
         let value = |&i: &usize| Some(points.points[i].value(curve.variable)? / si);
         let values: Option<Vec<f64>> = points.shown.iter().map(value).collect();

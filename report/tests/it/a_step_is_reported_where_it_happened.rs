@@ -28,7 +28,7 @@ fn a_step_is_placed_between_the_samples_between_which_it_happened() {
         assert!(moment.credible[0] <= moment.between[0] && moment.credible[1] >= moment.between[1], "{effect}: {moment:?}");
         assert_eq!(moment.session.as_deref().unwrap_or_default(), session, "{effect}");
         // It is reported in words and in JSON.
-        let written = documents::Diagnosis::of(&told, None, &Recommended::default());
+        let written = documents::Diagnosis::of(&told, None);
         let said_so = written.findings[0].moment.as_ref().unwrap();
         assert_eq!((&said_so.between, &said_so.between_95), (&moment.between, &moment.credible), "{effect}");
         let of_session = if sessions { " of session second" } else { "" };
@@ -54,7 +54,7 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     let [base, artifact] = ["base_step", "artifact_step"].map(|family| called(format!("{family}:{moment}")));
     let said = format!("{base} or {artifact}: aliased in these data; only a look at either from outside");
     assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.text.contains(&said)), "{said}");
-    let written = documents::Diagnosis::of(&told, None, &Recommended::default());
+    let written = documents::Diagnosis::of(&told, None);
     assert_eq!(written.findings[0].exactly_same, first.exactly_same);
     assert!(written.findings[0].parted_by.as_ref().unwrap().contains("from outside"));
     // With points of the tool as well, the two effects are distinguishable.

@@ -90,7 +90,7 @@ pub(super) fn step(examination: &Examination, background: &Background, id: &str)
         let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
         let trial = |(b, &gap): (usize, &usize)| {
             let moment = gaps[gap].moment;
-            let place = TriedPlace { place: Place::Time(moment), in_model: EffectId::new(&format!("{id}:{moment}")) };
+            let place = TriedPlace { place: Some(Place::Time(moment)), in_model: EffectId::new(&format!("{id}:{moment}")) };
             (gap, Trial::new(examination, background, place, &sweep.block(b, 1, plausible)))
         };
         trials.extend(next.iter().enumerate().map(trial));
@@ -197,7 +197,7 @@ fn hypothesis(examination: &Examination, id: &str, trials: BTreeMap<usize, Trial
     Some(Hypothesis {
         effect: id.into(),
         in_model: trial.place.in_model.clone(),
-        place: Some(trial.place.place.clone()),
+        place: trial.place.place.clone(),
         ln_evidence: ln_sum_exp(plain.iter().copied()),
         ln_evidence_against_background: ln_sum_exp(aware.iter().copied()),
         explains: trial.explained.0 / examination.remainder.squares,

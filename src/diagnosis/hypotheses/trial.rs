@@ -19,8 +19,8 @@ pub(super) struct Tried {
 /// A place at which a family is tried.
 #[derive(Clone)]
 pub(super) struct TriedPlace {
-    /// The place.
-    pub place: Place,
+    /// The place; `None` if the id says all of it.
+    pub place: Option<Place>,
     /// Id of the effect there in a model.
     pub in_model: EffectId,
 }
@@ -62,7 +62,7 @@ impl Tried {
         Some(Hypothesis {
             effect: effect(&in_model),
             in_model,
-            place: Some(place),
+            place,
             ln_evidence: ln_mean_exp(&self.plain),
             ln_evidence_against_background: ln_mean_exp(&self.aware),
             explains: self.explained[best].0 / examination.remainder.squares,

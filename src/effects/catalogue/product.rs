@@ -1,19 +1,24 @@
 //! `product:J:A:B`: the error of joint J depends on two joint angles at once, to first order:
 //! `theta_J += sum of sin q_A sin q_B, sin q_A cos q_B, cos q_A sin q_B, cos q_A cos q_B`, each with a coefficient.
 //!
-//! Any pair can be named; none is offered automatically, since most data cannot separate them all.
+//! A diagnosis seeks the pair with the highest evidence for each joint; most data cannot separate them all.
 
-use crate::effects::ParameterSpec;
 use crate::effects::facts::{
     Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, theta};
+use crate::effects::{EffectId, ParameterSpec};
 use crate::robot::JointKind;
 use crate::units::{URAD, Unit};
 
+impl EffectId {
+    /// Error of a joint by two angles at once, `product:J:A:B`.
+    pub const PRODUCT: &str = "product";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "product",
+    id: EffectId::PRODUCT,
     arguments: ":J:A:B",
     name: "error of {joint} by the angles of {joint 2} and {joint 3} together",
     what: "a joint errs by two angles at once",

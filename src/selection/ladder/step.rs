@@ -41,6 +41,8 @@ pub struct LadderStep {
     pub undetermined: Vec<String>,
     /// Position errors on rows of set `validation`, if there are any.
     pub validation: Option<Validation>,
+    /// Squared errors on these rows, m², in their order; empty if there are none.
+    pub held_out: Vec<f64>,
     /// Part of the rms due to noise, m.
     pub noise: f64,
     /// One entry per session.
@@ -104,8 +106,9 @@ pub(crate) fn judged_rung(
     };
     let FitScores { model, calibration, fit, cross_validated, blocks, posture, sessions, symptoms } = scores;
     let has = |set: SampleSet| datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == set));
-    let validation =
-        if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
+    let measured = if has(SampleSet::Validation) { Some(calibration.predict(datasets, Use::Validation)?) } else { None };
+    let held_out = measured.iter().flat_map(|m| m.residuals.iter().map(|r| r.norm_squared())).collect();
+    let validation = measured.as_ref().and_then(Validation::of);
     Ok(LadderStep {
         added: Vec::new(),
         model,
@@ -117,6 +120,7 @@ pub(crate) fn judged_rung(
         workspace,
         undetermined: undetermined(examination),
         validation,
+        held_out,
         noise: diagnosis.noise,
         sessions,
         diagnosis,
@@ -135,6 +139,7 @@ impl LadderStep {
             posture: &self.posture,
             sessions: &self.sessions,
             checks: &self.checks,
+            held_out: &self.held_out,
             workspace: self.workspace.as_ref(),
             diagnosis: Some(&self.diagnosis),
         }
@@ -152,6 +157,17 @@ impl LadderStep {
     /// True if the campaign has so few postures that it would miss this many samples.
     pub(super) fn would_miss(&self, samples: usize) -> bool {
         self.scored().would_miss(samples)
+    }
+
+    /// The step with the smallest error at rows that were not fitted; the last one if there are none, `None` of no step.
+    pub(crate) fn best_measured(steps: &[LadderStep]) -> Option<&Self> {
+        let sum = |step: &LadderStep| step.held_out.iter().sum::<f64>();
+        steps.iter().rev().reduce(|best, step| if sum(step) < sum(best) { step } else { best })
+    }
+
+    /// Objection that rows that were not fitted are predicted worse than by an earlier step.
+    pub(crate) fn measured_worse_than(&self, earlier: &LadderStep) -> Option<Objection> {
+        self.compared(earlier).objection_of_the_measured()
     }
 
     /// Objections to the step from `below` to this model.

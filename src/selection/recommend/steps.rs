@@ -2,9 +2,9 @@
 
 use super::linear::Linear;
 use super::rule::Gain;
-use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
+use crate::diagnosis::{Addition, Examination};
 use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
@@ -27,20 +27,19 @@ pub fn gains(datasets: &[NamedDataset<'_>], before: &Model, after: &Model) -> Re
     Ok(judged(datasets, &before, &widths, &[added], &aside)?.pop().unwrap_or_default())
 }
 
-/// Computes the gain of each of these effects alone in addition to a model.
+/// Computes the gain of each of these additions alone in addition to a model.
 ///
 /// # Errors
 /// As [`gains`].
 pub fn gains_of_each(
     datasets: &[NamedDataset<'_>],
     before: &Model,
-    effects: &[EffectId],
+    additions: &[Addition],
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
-    let alone: Vec<Vec<&str>> = effects
-        .iter()
-        .map(|id| if effects::catalogue::set_aside_by(id).is_some() { Vec::new() } else { vec![id.whole()] })
-        .collect();
-    judged(datasets, before, before, &alone, &[])
+    let is_aside = |a: &Addition| effects::catalogue::set_aside_by(&a.name).is_some();
+    let alone: Vec<Vec<&str>> = additions.iter().map(|a| if is_aside(a) { Vec::new() } else { vec![a.name.whole()] }).collect();
+    let known = additions.iter().fold(before.clone(), |model, addition| addition.known_to(&model));
+    judged(datasets, &known, &known, &alone, &[])
 }
 
 fn judged(

@@ -1,0 +1,214 @@
+//! Robots with a hidden error that the catalogue does not hold, from a generator that shares no code with it.
+
+use std::sync::Arc;
+
+use calibench::diagnosis::Verdict;
+use calibench::identify::Model;
+use calibench::identify::calibration::identify;
+use calibench::identify::problem::Use;
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
+use calibench::nalgebra::{UnitQuaternion, Vector3};
+use calibench::prediction::WorkspacePoses;
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot, built_in};
+use calibench::selection::Advice;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{LadderStep, ladder};
+use calibench::selection::recommend::ChoiceKind;
+use calibench::units::{MM, UM, URAD};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// One-sigma of the instrument per axis, m.
+const NOISE: f64 = 10.0 * UM;
+
+/// What is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// Nothing.
+    Clean,
+    /// A joint errs with the angle of another joint.
+    OtherAngle,
+    /// A joint errs with two angles at once.
+    TwoAngles,
+    /// A joint errs with the product of sines of two angles.
+    Product,
+    /// A joint errs with the inclination of the forearm, as under a load.
+    Load,
+    /// The tool rocks in its changer to the side that gravity pulls.
+    RockingTool,
+    /// Nothing, but the noise is twice as stated.
+    Noisy,
+}
+
+impl Class {
+    pub const ALL: [Class; 7] =
+        [Class::Clean, Class::OtherAngle, Class::TwoAngles, Class::Product, Class::Load, Class::RockingTool, Class::Noisy];
+}
+
+/// The hidden error at a posture: angles that the joints turn too far, rad, and a displacement of the tool in its axes, m.
+type Hidden = Box<dyn Fn(&[f64], Vector3<f64>) -> (Vec<f64>, Vector3<f64>)>;
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// A smooth function of an angle with random waves.
+fn waves(rng: &mut ChaCha8Rng) -> impl Fn(f64) -> f64 + use<> {
+    let terms: Vec<(f64, f64)> =
+        (1..=3).map(|k| (normal(rng) / f64::from(k), rng.random_range(0.0..std::f64::consts::TAU))).collect();
+    let size = terms.iter().map(|(a, _)| a * a / 2.0).sum::<f64>().sqrt();
+    move |x| terms.iter().enumerate().map(|(k, (a, phase))| a * ((k + 1) as f64 * x + phase).sin()).sum::<f64>() / size
+}
+
+fn hidden(class: Class, rng: &mut ChaCha8Rng) -> Hidden {
+    // The first joint hides in the base, the last hardly moves the tool.
+    let joint = rng.random_range(1..5);
+    let mut others: Vec<usize> = (0..5).filter(|&j| j != joint).collect();
+    let v = others.remove(rng.random_range(0..others.len()));
+    let w = others.remove(rng.random_range(0..others.len()));
+    let size = rng.random_range(80.0..250.0) * URAD;
+    let turned = move |f: f64| {
+        let mut turned = vec![0.0; 6];
+        turned[joint] = size * f;
+        (turned, Vector3::zeros())
+    };
+    match class {
+        Class::Clean | Class::Noisy => Box::new(|q, _| (vec![0.0; q.len()], Vector3::zeros())),
+        Class::OtherAngle => {
+            let f = waves(rng);
+            Box::new(move |q, _| turned(f(q[v])))
+        }
+        Class::TwoAngles => {
+            let (centre, width) = ([rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)], rng.random_range(0.6..1.1));
+            let (f, g) = (waves(rng), waves(rng));
+            match rng.random_range(0..3) {
+                0 => Box::new(move |q, _| {
+                    let r = [(q[v] - centre[0]) / width, (q[w] - centre[1]) / width];
+                    turned(3.0 * (-0.5 * (r[0] * r[0] + r[1] * r[1])).exp())
+                }),
+                1 => Box::new(move |q, _| turned(1.4 * (q[v] + q[w] + centre[0]).sin())),
+                _ => Box::new(move |q, _| turned(f(0.7 * q[v]) * g(0.7 * q[w]))),
+            }
+        }
+        Class::Product => {
+            let phases = [rng.random_range(0.0..6.0), rng.random_range(0.0..6.0)];
+            Box::new(move |q, _| turned(2.0 * (q[v] + phases[0]).sin() * (q[w] + phases[1]).sin()))
+        }
+        Class::Load => {
+            let bend = rng.random_range(1.0..3.0);
+            Box::new(move |q, _| turned(1.5 * (bend * (q[1] + q[2]).cos()).tanh() * (1.0 + 0.5 * q[1].cos())))
+        }
+        Class::RockingTool => {
+            let reach = rng.random_range(0.05..0.15) * MM;
+            let sharp = rng.random_range(1.0..5.0);
+            Box::new(move |q, down| {
+                (vec![0.0; q.len()], Vector3::new((sharp * down.x).tanh(), (sharp * down.y).tanh(), 0.0) * reach)
+            })
+        }
+    }
+}
+
+/// A robot, measured.
+pub struct Outside {
+    /// As it is measured.
+    pub dataset: Dataset,
+    /// The same data with the hidden error taken from them: who knows it fits no more than the geometry.
+    pub known: Dataset,
+}
+
+impl Outside {
+    pub fn new(class: Class, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let robot = built_in(["kr6_r700", "ur5", "ur10"][(seed % 3) as usize]).expect("built in");
+        let truly = off_nominal(&robot, &mut rng);
+        let hidden = hidden(class, &mut rng);
+        let (base, tool) = (FramePose::default(), FramePose { xyz: [0.05, 0.02, 0.15], rz_ry_rx: [0.0; 3] });
+        let noise = if class == Class::Noisy { 2.0 * NOISE } else { NOISE };
+        let mut samples = Vec::new();
+        let mut known = Vec::new();
+        for k in 0..180 {
+            let q: Vec<f64> =
+                robot.links.iter().map(|l| rng.random_range(l.limits[0].max(-2.6)..l.limits[1].min(2.6))).collect();
+            let frame = FramePose::default();
+            let down: Vector3<f64> =
+                UnitQuaternion::from(world_from_tool(&robot, &frame, &frame, &q).rotation).inverse() * Vector3::z();
+            let (turned, displaced) = hidden(&q, down);
+            let jitter = Vector3::from_fn(|_, _| noise * normal(&mut rng));
+            let at = |q: &[f64], displaced: Vector3<f64>| {
+                let pose = world_from_tool(&truly, &base, &tool, q);
+                pose.translation.vector + pose.rotation * displaced + jitter
+            };
+            let bent: Vec<f64> = q.iter().zip(&turned).map(|(q, t)| q + t).collect();
+            let set = if k < 80 { SampleSet::Fit } else { SampleSet::Validation };
+            let sample = |point| Sample { set, ..Sample::new(format!("p{k}"), q.clone(), Measured::Point(point)) };
+            samples.push(sample(at(&bent, displaced)));
+            known.push(sample(at(&q, Vector3::zeros())));
+        }
+        let noise = Noise { point: Some(NOISE), ..Noise::default() };
+        let dataset = Dataset { robot: Arc::new(robot), base, tool, noise, samples, ..Dataset::default() };
+        Outside { known: Dataset { samples: known, ..dataset.clone() }, dataset }
+    }
+}
+
+/// The robot as it was built: lengths and angles a little off.
+fn off_nominal(robot: &Robot, rng: &mut ChaCha8Rng) -> Robot {
+    let mut truly = robot.clone();
+    for link in &mut truly.links {
+        link.mdh.a += 0.3 * MM * normal(rng);
+        link.mdh.d += 0.3 * MM * normal(rng);
+        link.mdh.alpha += 300.0 * URAD * normal(rng);
+        link.mdh.theta += 500.0 * URAD * normal(rng);
+    }
+    truly
+}
+
+/// The end of a ladder.
+#[derive(Debug)]
+pub struct Climbed {
+    /// Rms error at rows that were not fitted, m: of the first model, of the last step, of what is recommended, and of who knows.
+    pub before: f64,
+    pub steps_measured: f64,
+    pub measured: f64,
+    pub oracle: f64,
+    pub verdict: Verdict,
+    pub first_step: Vec<String>,
+    pub advised: Vec<String>,
+    pub steps: Vec<Vec<String>>,
+    pub kind: ChoiceKind,
+    pub top: &'static str,
+    /// The first model's residual is said to be noise.
+    pub physics_called_noise: bool,
+    /// The last step's residual is noise, and a larger model is recommended.
+    pub overruled: bool,
+}
+
+pub fn climbed(class: Class, seed: u64) -> Climbed {
+    let outside = Outside::new(class, seed);
+    let named = [NamedDataset::new("robot", &outside.dataset)];
+    let model = Model::default_for(&outside.dataset);
+    let poses = WorkspacePoses::of(&named);
+    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ladder = ladder(&named, &model, ground).expect("a ladder");
+    let rms = |step: &LadderStep| step.validation.as_ref().expect("rows of set validation").rms / MM;
+    let advice = Advice::on(&named, ladder.first(), ground).expect("an advice");
+    let known = [NamedDataset::new("robot", &outside.known)];
+    let oracle = identify(&known, &model).expect("a fit").predict(&known, Use::Validation).expect("a prediction");
+    let squares: f64 = oracle.residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / oracle.residuals.len() as f64;
+    Climbed {
+        before: rms(ladder.first()),
+        steps_measured: rms(ladder.last()),
+        measured: rms(ladder.recommended()),
+        oracle: squares.sqrt() / MM,
+        verdict: ladder.first().diagnosis.verdict,
+        first_step: ladder.steps.get(1).map(|s| s.added.clone()).unwrap_or_default(),
+        advised: advice.effects().to_vec(),
+        steps: ladder.steps[1..].iter().map(|s| s.added.clone()).collect(),
+        kind: ladder.kind(),
+        top: ladder.top.name(),
+        physics_called_noise: ladder.first().diagnosis.verdict.is_noise(),
+        overruled: ladder.last().diagnosis.verdict.is_noise()
+            && !matches!(ladder.kind(), ChoiceKind::Steps | ChoiceKind::Begin),
+    }
+}

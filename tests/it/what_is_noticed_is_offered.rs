@@ -1,0 +1,57 @@
+//! What a diagnosis notices is what a ladder tries first, and only noise is called noise.
+
+use calibench::diagnosis::Verdict;
+
+use crate::outside_robots::{Class, climbed};
+
+/// Seeds of the slice; the study has its own.
+const FIRST: u64 = 41_000;
+
+/// Seeds of the study, on which nothing was chosen.
+const STUDY: std::ops::Range<u64> = 52_000..52_040;
+
+#[test]
+fn the_ladder_begins_with_what_is_advised_and_comes_near_to_who_knows() {
+    for (class, seed) in [(Class::OtherAngle, FIRST), (Class::TwoAngles, FIRST + 1), (Class::Product, FIRST + 2)] {
+        let end = climbed(class, seed);
+        assert_eq!(end.first_step, end.advised, "{class:?} {seed}: {end:?}");
+        assert!(!end.physics_called_noise && !end.overruled, "{class:?} {seed}: {end:?}");
+        // As far as the study finds nine of ten.
+        assert!(end.measured < 1.3 * end.oracle, "{class:?} {seed}: {end:?}");
+    }
+}
+
+#[test]
+fn a_tool_that_rocks_is_not_noise_and_noise_is() {
+    let rocks = climbed(Class::RockingTool, FIRST);
+    assert!(!rocks.physics_called_noise, "{rocks:?}");
+    let noisy = climbed(Class::Noisy, FIRST + 1);
+    assert!(noisy.verdict == Verdict::NoiseLargerThanStated && noisy.steps.is_empty(), "{noisy:?}");
+    let clean = climbed(Class::Clean, FIRST + 2);
+    assert!(clean.verdict == Verdict::NothingLeft && clean.steps.is_empty(), "{clean:?}");
+}
+
+/// Forty robots a class: nine of ten within 1.3 of who knows, the first step always the advised one, no physics called noise, no
+/// step at the noise overruled; of robots without a hidden error none gets a step.
+#[test]
+#[ignore = "a study of minutes: validation/run"]
+fn robots_outside_the_catalogue_are_calibrated() {
+    for class in Class::ALL {
+        let ends: Vec<_> = STUDY.map(|seed| climbed(class, seed)).collect();
+        let share = |of: &dyn Fn(&crate::outside_robots::Climbed) -> bool| {
+            ends.iter().filter(|end| of(end)).count() as f64 / ends.len() as f64
+        };
+        let hides = !matches!(class, Class::Clean | Class::Noisy);
+        println!(
+            "{class:?}: within 1.3 {:.2}, first step as advised {:.2}, noise {:.2}, overruled {:.2}, steps {:.2}",
+            share(&|end| end.measured <= 1.3 * end.oracle),
+            share(&|end| end.first_step == end.advised),
+            share(&|end| end.verdict.is_noise()),
+            share(&|end| end.overruled),
+            share(&|end| !end.steps.is_empty())
+        );
+        assert_eq!(share(&|end| end.first_step == end.advised), 1.0, "{class:?}");
+        assert_eq!(share(&|end| end.overruled), 0.0, "{class:?}");
+        assert_eq!(share(&|end| hides && end.physics_called_noise), 0.0, "{class:?}");
+    }
+}
