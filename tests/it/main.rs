@@ -63,6 +63,9 @@ mod several_points_of_a_tool_share_it;
 mod tables_are_read_however_they_come;
 mod the_gallery_is_whole;
 mod the_loop_makes_the_golden_centrings;
+mod the_order_of_effects_changes_nothing;
+mod what_is_determined_is_asked_again;
+mod what_is_identified_is_read_back;
 mod what_stands_out_is_what_is_wrong;
 #[path = "../../benches/works/mod.rs"]
 mod works;
