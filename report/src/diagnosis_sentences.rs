@@ -7,6 +7,7 @@ use super::gallery::gallery_page;
 use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
+use super::misfit::abnormal_sentences;
 use super::printout::Sentence;
 use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
@@ -31,7 +32,8 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<Sentence> {
     if let Some(warning) = unconverged(d) {
         return vec![Sentence::answer(warning), Sentence::detail(left(d))];
     }
-    let mut all: Vec<Sentence> = main(d).map(Sentence::detail).into_iter().collect();
+    let mut all: Vec<Sentence> = abnormal_sentences(&d.abnormal).into_iter().map(Sentence::answer).collect();
+    all.extend(main(d).map(Sentence::detail));
     all.push(Sentence::detail(left(d)));
     all.extend(suspects(d).map(Sentence::answer));
     all.extend(scatter_sentences(&d.scatter).into_iter().map(Sentence::detail));

@@ -19,6 +19,10 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
     let next = match advice.to_do {
         ToDo::Unknown => return Vec::new(),
         ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few cannot show what is missing.".to_owned(),
+        ToDo::Nothing if !diagnosis.abnormal.is_empty() => {
+            "Next: put right what is abnormal, and measure again; with it as it is nothing is to be added to the model."
+                .to_owned()
+        }
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);
