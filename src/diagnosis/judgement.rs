@@ -15,6 +15,7 @@ use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
+use crate::residuals::misfit::abnormal;
 use crate::residuals::noise_floor::chi2_chance;
 use crate::residuals::{noise_left, unexplained};
 
@@ -193,6 +194,12 @@ impl<'a> Evidence<'a> {
         self.together.members.first().map(|&k| &self.list.hypotheses[k])
     }
 
+    /// The same, if it is in the credible set: what is far less probable than others is not named before them.
+    fn credible_main(&self) -> Option<&Hypothesis> {
+        let set = &self.hypotheses[..self.set];
+        self.main().filter(|main| set.iter().any(|h| h.in_model == main.in_model))
+    }
+
     /// Probability that nothing is missing beyond the background.
     fn nothing(&self) -> f64 {
         (-self.ln_whole).exp()
@@ -246,7 +253,7 @@ impl<'a> Evidence<'a> {
             return match (self.is_all(best), self.set) {
                 (true, 1) => (Verdict::Identified, Some(best)),
                 (true, _) => (Verdict::Indistinguishable, Some(best)),
-                (false, _) => (Verdict::Partly, self.main().or(Some(best))),
+                (false, _) => (Verdict::Partly, self.credible_main().or(Some(best))),
             };
         }
         if !self.lack_of_fit() {
@@ -344,6 +351,7 @@ impl<'a> Evidence<'a> {
             contributions: contributions(examination, &self.relevance),
             fitted: examination.model.ids(),
             registry: examination.model.registry.clone(),
+            abnormal: abnormal(&examination.calibration(self.datasets)),
             unbelievable: self.unbelievable,
             curve_family: self.curve_family,
             scatter: self.scatter,
