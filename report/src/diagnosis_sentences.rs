@@ -46,10 +46,25 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<Sentence> {
     if d.verdict != Verdict::SuspectSamples {
         all.extend(outlier(d).map(Sentence::detail));
     }
+    all.extend(by_row_order(d).map(Sentence::answer));
     all.push(Sentence::answer(verdict(d)));
     let rest = verdict_explained(d, commands).into_iter().chain(unbelievable(d)).chain(untestable(d));
     all.extend(rest.map(Sentence::detail));
     all
+}
+
+/// What happened if the rows stand in the order in which they were measured.
+fn by_row_order(d: &Diagnosis) -> Option<String> {
+    let found = d.by_row_order.as_ref()?;
+    let family = d.registry.family(&found.hypothesis.in_model)?;
+    let moment = found.hypothesis.moment.as_ref()?;
+    Some(format!(
+        "Supposing that the rows stand in the order in which they were measured: {}, {}: {}; explains {:.0} % of the residual.",
+        family.what,
+        moment_words(moment),
+        sizes(found),
+        100.0 * found.hypothesis.explains
+    ))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.

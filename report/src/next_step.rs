@@ -17,6 +17,9 @@ const MOST_REFUSED: usize = 3;
 #[must_use]
 pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let next = match advice.to_do {
+        _ if diagnosis.by_row_order.is_some() => {
+            "Next: give the rows their times (column `time_s`; 0, 30, 60 ... will do), and diagnose again.".to_owned()
+        }
         ToDo::Unknown => return Vec::new(),
         ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few cannot show what is missing.".to_owned(),
         ToDo::Nothing if !diagnosis.abnormal.is_empty() => {

@@ -352,6 +352,7 @@ impl<'a> Evidence<'a> {
             fitted: examination.model.ids(),
             registry: examination.model.registry.clone(),
             abnormal: abnormal(&examination.calibration(self.datasets)),
+            by_row_order: None,
             unbelievable: self.unbelievable,
             curve_family: self.curve_family,
             scatter: self.scatter,
