@@ -177,7 +177,7 @@ struct Candidates {
 impl Candidates {
     fn new(examination: &Examination, postures: usize, steps: &[&String], library: &[(String, f64)]) -> Self {
         let begin = examination.model();
-        let bands = curves::bands(examination.problem().robot().joints(), postures);
+        let bands = curves::bands(examination.problem().robot(), postures);
         // Bands come first: an effect of a step or of the library may be one of them, and their indices must stay one
         // range.
         let ids = bands.iter().chain(steps.iter().copied()).chain(library.iter().map(|(id, _)| id));
