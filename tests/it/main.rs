@@ -14,6 +14,7 @@ mod a_lost_zero_is_named;
 mod a_printed_socket_names_the_joint;
 mod a_program_is_rewritten_and_nothing_else;
 mod a_recorded_session_replays;
+mod a_run_of_bad_samples_is_found;
 mod an_indicator_answers_or_is_named;
 mod arms_on_rails_are_identified;
 mod bad_input_is_one_clear_error;
