@@ -59,8 +59,8 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = without_suspects(datasets, examination)?;
     let supposed = by_row_order(datasets, examination, &diagnosis)?;
-    Ok(match (&supposed, diagnosis.verdict) {
-        (Some(_), Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
+    Ok(match (supposed.is_some(), diagnosis.verdict) {
+        (true, Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
             let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };
             Diagnosis { verdict: Verdict::Unexplained, by_row_order: supposed, scatter, ..diagnosis }
         }

@@ -90,7 +90,7 @@ fn trial(way: Way, lost: usize, seed: u64) -> Trial {
         }
     }
     let tool = FramePose { xyz: [0.022, 0.008, 0.15], ..FramePose::default() };
-    let mut anywhere = |random: &mut ChaCha8Rng| -> Vec<f64> {
+    let anywhere = |random: &mut ChaCha8Rng| -> Vec<f64> {
         truth.links.iter().map(|l| random.random_range(l.limits[0].max(-2.2)..l.limits[1].min(2.2))).collect()
     };
     let base = FramePose::default();

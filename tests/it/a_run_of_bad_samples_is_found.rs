@@ -19,7 +19,7 @@ const NOISE: f64 = 10.0 * UM;
 /// Forty points, of which `bad` in a row are off by ten to twenty times the noise.
 fn campaign(seed: u64, bad: usize) -> (Dataset, Vec<String>) {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
-    let mut normal = |random: &mut ChaCha8Rng, size: f64| size * (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    let normal = |random: &mut ChaCha8Rng, size: f64| size * (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
     let robot = Arc::new(built_in("kr6_r700").unwrap());
     let (base, tool) = (FramePose::default(), FramePose { xyz: [0.06, 0.01, 0.125], ..FramePose::default() });
     let first = random.random_range(0..=40 - bad);

@@ -58,7 +58,7 @@ fn zeros_lost_by_degrees_are_found_where_a_large_noise_is_stated() {
 /// A good arm measured 30 times with this noise, and whether that is stated.
 fn good(random: &mut ChaCha8Rng, sigma: f64, stated: bool) -> Dataset {
     let robot = Arc::new(built_in("ur5").unwrap());
-    let mut normal = |size: f64, random: &mut ChaCha8Rng| size * (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    let normal = |size: f64, random: &mut ChaCha8Rng| size * (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
     let off: Vec<f64> = (0..6).map(|_| normal(0.05 * DEG, random)).collect();
     let (base, tool) = (FramePose::default(), FramePose { xyz: [0.03, 0.02, 0.1], ..FramePose::default() });
     let samples = (0..30).map(|k| {

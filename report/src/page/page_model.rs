@@ -220,7 +220,7 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let (headline, means) = match abnormal_sentences(&d.abnormal).as_slice() {
         [] => (headline, means),
         [first, others @ ..] => {
-            let (what, remedy) = first.split_once(": ").unwrap_or((first, ""));
+            let (what, remedy) = first.split_once(": ").unwrap_or((first.as_str(), ""));
             let rest = [sentence(remedy.trim_end_matches('.')), others.join(" "), format!("{headline}."), means];
             (what.to_owned(), rest.iter().filter(|part| !part.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" "))
         }
