@@ -40,6 +40,7 @@ pub use verdict::Verdict;
 use self::heat_map::{Curve, HeatMap};
 use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
+use crate::residuals::misfit::Abnormal;
 use crate::residuals::noise::Suspect;
 
 use crate::effects::registry::Registry;
@@ -138,6 +139,10 @@ pub struct Diagnosis {
     pub together: Vec<Explained>,
     /// Share of the remaining sum of squares that they explain.
     pub together_explain: f64,
+    /// Parameters of the links far from what arms of its kind show.
+    pub abnormal: Vec<Abnormal>,
+    /// What the residual follows if the rows, of which no time is known, stand in the order in which they were measured.
+    pub by_row_order: Option<Finding>,
     /// Effects that would explain much, but only at an implausible size: id, and size in plausible sizes.
     pub unbelievable: Vec<(EffectId, f64)>,
     /// Family of the catalogue to which the best curve of any shape belongs.

@@ -1,6 +1,7 @@
 //! Identification: the model, the unknowns, the fit, which parameters the data can separate, and how well.
 
 mod adjustment;
+mod asked_again;
 pub mod calibration;
 mod calibration_file;
 mod determined;

@@ -28,7 +28,8 @@ use rand_chacha::ChaCha8Rng;
 
 use self::balance::balance;
 use self::initial_setup::take_set_up;
-use crate::measure::dataset::{Dataset, SampleSet};
+use crate::measure::dataset::{Dataset, NamedDataset, Sample, SampleSet};
+use crate::measure::poses::Postures;
 
 pub use error::ImportError;
 pub use guess::{Guess, guess};
@@ -107,12 +108,15 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
     Ok((dataset, report))
 }
 
-/// Marks a fraction of the fit rows as validation.
+/// Marks a fraction of the postures of set `fit` as validation, each with all its rows: another target seen from a posture that
+/// was fitted is no new one.
 fn hold_out(dataset: &mut Dataset, Holdout { fraction, seed }: Holdout) {
-    let mut places: Vec<usize> = (0..dataset.samples.len()).filter(|&k| dataset.samples[k].set == SampleSet::Fit).collect();
-    let count = (fraction * places.len() as f64).round() as usize;
-    places.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    for &k in &places[..count] {
-        dataset.samples[k].set = SampleSet::Validation;
+    let is_fit = |s: &Sample| s.set == SampleSet::Fit;
+    let mut postures = Postures::of(&[NamedDataset::new("", dataset)], is_fit).members();
+    let places: Vec<usize> = (0..dataset.samples.len()).filter(|&k| is_fit(&dataset.samples[k])).collect();
+    let count = (fraction * postures.len() as f64).round() as usize;
+    postures.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    for &k in postures[..count].iter().flatten() {
+        dataset.samples[places[k]].set = SampleSet::Validation;
     }
 }

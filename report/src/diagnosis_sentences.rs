@@ -6,6 +6,7 @@ use super::finding_notes::{moment_words, same_words};
 use super::gallery::gallery_page;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
+use super::misfit::abnormal_sentences;
 use super::printout::Sentence;
 use super::scatter::{scatter_sentences, suspects_named};
 use super::unexplained::{shape_words, unexplained};
@@ -30,7 +31,8 @@ pub fn sentences(d: &Diagnosis) -> Vec<Sentence> {
     if let Some(warning) = unconverged(d) {
         return vec![Sentence::answer(warning), Sentence::detail(left(d))];
     }
-    let mut all: Vec<Sentence> = main(d).map(Sentence::detail).into_iter().collect();
+    let mut all: Vec<Sentence> = abnormal_sentences(&d.abnormal).into_iter().map(Sentence::answer).collect();
+    all.extend(main(d).map(Sentence::detail));
     all.push(Sentence::detail(left(d)));
     all.extend(suspects(d).map(Sentence::answer));
     all.extend(scatter_sentences(&d.scatter).into_iter().map(Sentence::detail));
@@ -43,10 +45,25 @@ pub fn sentences(d: &Diagnosis) -> Vec<Sentence> {
     if d.verdict != Verdict::SuspectSamples {
         all.extend(outlier(d).map(Sentence::detail));
     }
+    all.extend(by_row_order(d).map(Sentence::answer));
     all.push(Sentence::answer(verdict(d)));
     let rest = verdict_explained(d).into_iter().chain(unbelievable(d)).chain(untestable(d));
     all.extend(rest.map(Sentence::detail));
     all
+}
+
+/// What happened if the rows stand in the order in which they were measured.
+fn by_row_order(d: &Diagnosis) -> Option<String> {
+    let found = d.by_row_order.as_ref()?;
+    let family = d.registry.family(&found.hypothesis.in_model)?;
+    let moment = found.hypothesis.moment.as_ref()?;
+    Some(format!(
+        "Supposing that the rows stand in the order in which they were measured: {}, {}: {}; explains {:.0} % of the residual.",
+        family.what,
+        moment_words(moment),
+        sizes(found),
+        100.0 * found.hypothesis.explains
+    ))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.

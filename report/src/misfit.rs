@@ -1,6 +1,6 @@
 //! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence.
 
-use calibench::residuals::misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
+use calibench::residuals::misfit::{Abnormal, Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
 use calibench::units::MM;
 
 /// The residual of the nominal arm on a dataset, on one line.
@@ -91,6 +91,30 @@ pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
         first.unit.printed(),
         first.sizes
     ))
+}
+
+/// The parameters of the links that are abnormal for an arm of its kind, each with what to do: the first that is said of a
+/// fit; nothing where there are none.
+#[must_use]
+pub fn abnormal_sentences(abnormal: &[Abnormal]) -> Vec<String> {
+    let sentence = |a: &Abnormal| {
+        let unit = a.unit.printed();
+        let [off, sigma] = [a.deviation, a.sigma].map(|x| a.unit.from_si(x));
+        // As many digits as it is known to.
+        let digits = (1.0 - sigma.abs().max(1e-4).log10().floor()).clamp(0.0, 4.0) as usize;
+        let known = format!("± {sigma:.digits$}, {:.0} times what is usual", a.sizes);
+        match a.zero_of {
+            Some(joint) => format!(
+                "Joint {joint}'s zero is off by {off:+.2} {unit} ({known}): enter {:+.2} {unit} in the mastering, which is what the controller shows where the joint is at its true zero, and measure again.",
+                -off
+            ),
+            None => format!(
+                "{} is off by {off:+.2} {unit} ({known}): check the nominal value of the arm's description, then the arm itself.",
+                a.parameter
+            ),
+        }
+    };
+    abnormal.iter().map(sentence).collect()
 }
 
 /// A length for display, to three significant digits.

@@ -17,8 +17,15 @@ const MOST_REFUSED: usize = 3;
 #[must_use]
 pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let next = match advice.to_do {
+        _ if diagnosis.by_row_order.is_some() => {
+            "Next: give the rows their times (column `time_s`; 0, 30, 60 ... will do), and diagnose again.".to_owned()
+        }
         ToDo::Unknown => return Vec::new(),
         ToDo::Nothing if diagnosis.is_thin() => "Next: measure more postures; so few cannot show what is missing.".to_owned(),
+        ToDo::Nothing if !diagnosis.abnormal.is_empty() => {
+            "Next: put right what is abnormal, and measure again; with it as it is nothing is to be added to the model."
+                .to_owned()
+        }
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
             let command = command(advice, diagnosis, commands);

@@ -21,6 +21,13 @@ pub(super) fn scatter_sentences(s: &Scatter) -> Vec<String> {
             stated / UM
         ));
     }
+    if !s.seatings.is_empty() {
+        let pairs: Vec<String> = s.seatings.iter().take(MOST_NAMED).map(|[a, b]| format!("{a} and {b}")).collect();
+        all.push(format!(
+            "Repeats: {} have one posture and one target and follow each other: one seating recorded twice, which says nothing of the noise.",
+            pairs.join("; ")
+        ));
+    }
     all.extend(joint_steps(s));
     if let Some(lag) = s.serial.largest().filter(|_| s.serial.is_significant()) {
         all.push(format!(

@@ -268,7 +268,7 @@ fn base_axis(name: &str) -> Option<usize> {
 /// Names of the balls to which effects refer: they must be known to build those effects.
 fn balls(calibration: &Calibration) -> Vec<String> {
     let mut balls: Vec<String> = Vec::new();
-    let effects = calibration.estimates.iter().filter_map(|e| e.effect.ball_name());
+    let effects = calibration.estimates.iter().filter_map(|e| e.effect.ball_of());
     let sites = calibration.model.own.iter().flat_map(|own| &own.terms);
     let of_sites = sites.filter_map(|term| term.site.strip_prefix("ball:")?.rsplit_once(':').map(|(ball, _)| ball));
     for ball in effects.chain(of_sites) {

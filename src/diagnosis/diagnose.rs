@@ -3,10 +3,10 @@
 use super::Examination;
 use super::Verdict;
 use super::judgement::judged;
-use super::{Diagnosis, Scatter, all_aside};
+use super::{Diagnosis, Finding, Scatter, all_aside};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::NamedDataset;
+use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::{Suspect, suspects_of};
 
 /// Finds the effect that `model` is missing, from the rows of set `fit`.
@@ -57,6 +57,47 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
+    let diagnosis = without_suspects(datasets, examination)?;
+    let supposed = by_row_order(datasets, examination, &diagnosis)?;
+    Ok(match (supposed.is_some(), diagnosis.verdict) {
+        (true, Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
+            let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };
+            Diagnosis { verdict: Verdict::Unexplained, by_row_order: supposed, scatter, ..diagnosis }
+        }
+        _ => Diagnosis { by_row_order: supposed, ..diagnosis },
+    })
+}
+
+/// Interval at which rows without times are supposed to have been measured, s.
+const ROW_S: f64 = 30.0;
+
+/// Share of the residual that an event in the order of the rows must explain to be supposed.
+const SUPPOSED: f64 = 0.5;
+
+/// What happened in the order of the rows, where no row has a time and neighbours err alike: an event that explains most of the
+/// residual, at the odds of the diagnosis.
+fn by_row_order(
+    datasets: &[NamedDataset<'_>],
+    examination: &Examination,
+    diagnosis: &Diagnosis,
+) -> Result<Option<Finding>, IdentifyError> {
+    let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
+    if has_time || diagnosis.verdict.names_effects() || !diagnosis.scatter.serial.is_significant() {
+        return Ok(None);
+    }
+    let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
+    for samples in timed.iter_mut().map(|d| &mut d.samples) {
+        samples.iter_mut().enumerate().for_each(|(k, s)| s.time_s = Some(ROW_S * k as f64));
+    }
+    let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
+    let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
+    let is_event = |f: &&Finding| f.hypothesis.moment.is_some() && f.hypothesis.explains > SUPPOSED;
+    let names = supposed.verdict.names_effects();
+    Ok(supposed.findings.into_iter().next().filter(|f| names && is_event(&f)))
+}
+
+/// As [`diagnose_examined`], without regard to the order of the rows.
+fn without_suspects(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = judged(datasets, examination)?;
     let suspects = suspects_of(datasets, &examination.problem, &examination.fit)?;
     if suspects.is_empty() {

@@ -19,6 +19,7 @@ use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
+use crate::residuals::misfit::abnormal;
 use crate::residuals::noise_floor::{NoiseSource, chi2_chance};
 use crate::residuals::{noise_left, unexplained};
 
@@ -135,6 +136,12 @@ impl<'a> Evidence<'a> {
         self.together.members.first().map(|&k| &self.list.hypotheses[k])
     }
 
+    /// The same, if it is in the credible set: what is far less probable than others is not named before them.
+    fn credible_main(&self) -> Option<&Hypothesis> {
+        let set = &self.hypotheses[..self.set];
+        self.main().filter(|main| set.iter().any(|h| h.in_model == main.in_model))
+    }
+
     /// Probability that nothing is missing beyond the background.
     fn nothing(&self) -> f64 {
         (-self.ln_whole).exp()
@@ -198,7 +205,7 @@ impl<'a> Evidence<'a> {
             return match (self.is_all(best), self.set) {
                 (true, 1) => (Verdict::Identified, Some(best)),
                 (true, _) => (Verdict::Indistinguishable, Some(best)),
-                (false, _) => (Verdict::Partly, self.main().or(Some(best))),
+                (false, _) => (Verdict::Partly, self.credible_main().or(Some(best))),
             };
         }
         if !self.lack_of_fit() && (self.scatter.lack_of_fit_p.is_some() || self.is_white()) {
@@ -311,6 +318,8 @@ impl<'a> Evidence<'a> {
             contributions: contributions(examination, &self.relevance),
             fitted: examination.model.ids(),
             registry: examination.model.registry.clone(),
+            abnormal: abnormal(&examination.calibration(self.datasets)),
+            by_row_order: None,
             unbelievable: self.unbelievable,
             curve_family: self.curve_family,
             scatter: self.scatter,

@@ -1,11 +1,11 @@
 //! Scatter of the data.
 
 use super::Examination;
-use crate::identify::problem::Use;
+use crate::identify::problem::{Problem, Use};
 use crate::measure::dataset::{NamedDataset, Sample};
 use crate::measure::poses::Postures;
 use crate::residuals::noise::{JointSteps, RepeatScatter, SerialCorrelation, Suspect, rows};
-use crate::residuals::noise_floor::{NoiseFloor, NoiseSource, chi2_chance, fisher_chance};
+use crate::residuals::noise_floor::{FEWEST_REPLICATES, NoiseFloor, NoiseSource, chi2_chance, fisher_chance};
 use crate::residuals::views::SeenSample;
 
 /// Scatter of the data: noise, suspects, repeats, serial correlation.
@@ -28,6 +28,8 @@ pub struct Scatter {
     pub serial: SerialCorrelation,
     /// Resolution to which the joint angles were rounded.
     pub joint_steps: Option<JointSteps>,
+    /// Samples in a row with one posture and one target, which are too few to tell the noise: one seating recorded twice.
+    pub seatings: Vec<[String; 2]>,
     /// Variance components of the scatter of repeats.
     pub repeats: Option<RepeatScatter>,
 }
@@ -44,6 +46,7 @@ impl Scatter {
             RepeatScatter::of(&SeenSample::all(problem, &fit.values, &samples, datasets))
         });
         Scatter {
+            seatings: seatings(datasets, problem, &noise),
             lack_of_fit_p: lack_of_fit(&noise, fit.chi2, fit.dof as f64),
             larger_than_stated: noise.larger_than_stated(),
             postures: postures.count(),
@@ -66,6 +69,19 @@ impl Scatter {
         };
         Some(relative * relative)
     }
+}
+
+/// Pairs of samples in a row that are replicates, where the replicates are too few to count and nobody says that they are some.
+fn seatings(datasets: &[NamedDataset<'_>], problem: &Problem, noise: &NoiseFloor) -> Vec<[String; 2]> {
+    if noise.replicates.is_none_or(|r| r.dof >= FEWEST_REPLICATES) {
+        return Vec::new();
+    }
+    let takes = |s: &Sample| Use::Fit.takes(s);
+    let groups = Postures::replicates(datasets, takes);
+    let is_said = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| takes(s)).map(|s| s.repeat.is_some()));
+    let rows: Vec<_> = groups.of_samples().iter().zip(is_said).zip(problem.sample_ids()).collect();
+    let pairs = rows.windows(2).filter(|pair| pair[0].0.0 == pair[1].0.0 && !pair[0].0.1);
+    pairs.map(|pair| [pair[0].1.clone(), pair[1].1.clone()]).collect()
 }
 
 /// Probability of a larger chi-square: under the stated noise, or by Fisher's F test against the replicates.

@@ -21,11 +21,13 @@ const RANK_TOLERANCE: f64 = 1e-6;
 /// change the whitened residuals by less than this, all others being free to follow: its estimate would be uncertain by
 /// more than three plausible sizes. It would carry no information, drag others far from nominal with it (wrist offsets by
 /// centimetres, where the TCP is within half a millimetre of the last axis), and do harm at other postures, where the
-/// others no longer compensate its column. Parameters left open by the nominal model (bases, free tools and balls) have no
+/// others no longer compensate its column. Where the residuals say that parameters were wrongly left out so, they are asked
+/// again ([`asked_again`]). Parameters left open by the nominal model (bases, free tools and balls) have no
 /// plausible size and are judged by [`RANK_TOLERANCE`] alone. If the noise is not stated, the residuals replace it (decision
 /// 0009).
 ///
 /// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
+/// [`asked_again`]: super::asked_again::asked_again
 const FAINT: f64 = 0.3;
 
 /// The same for the base and the link on it if both are unknown. For a robot on a wall, with Ry near 90 deg, Rz and Rx
@@ -51,7 +53,18 @@ pub(super) fn all(problem: &Problem) -> Vec<usize> {
 /// The parameters to estimate (ascending), i.e. the flat ones that the data can separate and those with a prior; and those
 /// left out.
 pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
-    let Determined { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
+    determined_with(problem, start, free, noise, &[])
+}
+
+/// The same, of which those in `trusted` are not left out for their plausible size.
+pub(super) fn determined_with(
+    problem: &Problem,
+    start: &[f64],
+    free: &[usize],
+    noise: f64,
+    trusted: &[usize],
+) -> Result<Determined, FitError> {
+    let Determined { mut kept, unresolved } = ordered_rank(problem, start, free, noise, trusted)?;
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Prior::Uninformative));
     kept.sort_unstable();
@@ -69,13 +82,19 @@ pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise
 /// When a value is not finite.
 pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
     let start = problem.start();
-    Ok(ordered_rank(problem, &start, &all(problem), problem.noise_at(&start))?.kept)
+    Ok(ordered_rank(problem, &start, &all(problem), problem.noise_at(&start), &[])?.kept)
 }
 
 /// The flat parameters that the data can separate, preferring earlier effects, and among links those nearer to the tool:
 /// the base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper. The zero
 /// of a prismatic joint comes before all links: a controller can correct it.
-fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
+fn ordered_rank(
+    problem: &Problem,
+    start: &[f64],
+    free: &[usize],
+    noise: f64,
+    trusted: &[usize],
+) -> Result<Determined, FitError> {
     let parameters = problem.parameters();
     let mut order: Vec<usize> = free.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
     let mut effects: Vec<&EffectId> = Vec::new();
@@ -101,7 +120,8 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     let tolerance = |(k, &p): (usize, &usize)| {
         let Parameter { owner, effect, link, spec, .. } = &parameters[p];
         let near_lock = first_link && (effect == EffectId::BASE_FRAME || effect == EffectId::MDH && *link == Some(0));
-        let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
+        let is_sized = *owner == Owner::Robot && !trusted.contains(&p);
+        let faint = if is_sized { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
         faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
     };
     let tolerances: Vec<f64> = order.iter().enumerate().map(tolerance).collect();

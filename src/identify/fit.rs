@@ -5,7 +5,8 @@ pub use super::determined::{independent_parameters, observability_of};
 pub use super::fit_result::{Fit, FitError, Outcome, Unresolved};
 pub(crate) use super::model_error::covariance_with_model_error;
 
-use super::determined::{all, determined};
+use super::asked_again::asked_again;
+use super::determined::{all, determined_with};
 
 use super::Adjustment;
 use super::problem::Problem;
@@ -36,23 +37,27 @@ pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
 /// # Errors
 /// As [`fit`].
 pub(crate) fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
-    fit_judged(problem, start, start, free)
+    fit_judged(problem, start, start, free, &[])
 }
 
 /// Fits all unknowns from the solution of a smaller model of the same samples; the separable parameters are selected at the
-/// nominal start, as in [`fit`].
+/// nominal start, as in [`fit`], and those that the smaller model was found to need are among them.
 ///
 /// # Errors
 /// As [`fit`].
 pub(crate) fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
     let mut start = problem.start();
-    for (value, parameter) in start.iter_mut().zip(problem.parameters()) {
+    let mut needed = Vec::new();
+    for (k, (value, parameter)) in start.iter_mut().zip(problem.parameters()).enumerate() {
         let twin = smaller.parameters().iter().position(|p| p.name == parameter.name && p.effect == parameter.effect);
         if let Some(p) = twin {
             *value = smaller.parameters()[p].start + solution.values[p] - parameter.start;
+            if solution.kept.binary_search(&p).is_ok() {
+                needed.push(k);
+            }
         }
     }
-    fit_judged(problem, &problem.start(), &start, &all(problem))
+    fit_judged(problem, &problem.start(), &start, &all(problem), &needed)
 }
 
 /// Fits all unknowns of a model that contains a smaller one with a known fit: from the nominal start, and if that ends
@@ -81,32 +86,38 @@ pub fn check_nested(before: &Fit, after: &Fit) -> Result<(), FitError> {
     Err(FitError::WorseThanSmaller { before: before.chi2, after: after.chi2 })
 }
 
-/// Fits from `start` those of `free` that the data can separate at `judged`; the others keep their values from there.
-fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
+/// Fits from `start` those of `free` that the data can separate at `judged`, whatever the plausible size of those in `needed`;
+/// the others keep their values from there.
+fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize], needed: &[usize]) -> Result<Fit, FitError> {
     let begin = |adjustment: &Adjustment, from: &[f64]| {
         let mut begin = judged.to_vec();
         adjustment.kept().iter().for_each(|&p| begin[p] = from[p]);
         begin
     };
-    let mut adjustment = Adjustment::new(problem, judged, free)?;
+    let separable = |at: &[f64], noise: f64| determined_with(problem, at, free, noise, needed);
+    let mut adjustment = Adjustment::of(problem, separable(judged, problem.noise_at(judged))?);
     let from = begin(&adjustment, start);
     adjustment.adjust(problem, &from)?;
     adjustment.confirm(problem, &from)?;
     let mut iterations = adjustment.iterations();
+    let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
+    // The nominal arm with the set-up as found: links rotated slightly by the fit would separate parameters that no nominal
+    // model does.
+    let found = |adjustment: &Adjustment| {
+        let mut at = judged.to_vec();
+        adjustment.kept().iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = adjustment.values()[p]);
+        at
+    };
     for _ in 1..MOST_JUDGEMENTS {
         let values = adjustment.values();
-        let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
         // Not the base: the robot's pose in the world changes nothing within the arm.
         let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != EffectId::BASE_FRAME;
         let far = |&p: &usize| guessed(p) && (values[p] - judged[p]).abs() > FAR * problem.parameters()[p].spec.prior;
         if problem.noise_stated() && !adjustment.kept().iter().any(far) {
             break;
         }
-        // The nominal arm with the set-up as found: links rotated slightly by the fit would separate parameters that no
-        // nominal model does.
-        let mut at = judged.to_vec();
-        adjustment.kept().iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = values[p]);
-        let determined = determined(problem, &at, free, problem.noise_at(values))?;
+        let at = found(&adjustment);
+        let determined = separable(&at, problem.noise_at(values))?;
         if determined.kept == adjustment.kept() {
             break;
         }
@@ -118,5 +129,7 @@ fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize]) 
         adjustment.confirm(problem, &from)?;
         iterations += adjustment.iterations();
     }
-    Ok(Fit { iterations, ..adjustment.into_fit(problem)? })
+    let at = found(&adjustment);
+    let (adjustment, more) = asked_again(problem, &at, free, adjustment)?;
+    Ok(Fit { iterations: iterations + more, ..adjustment.into_fit(problem)? })
 }

@@ -1,5 +1,6 @@
 //! The effects that the identifier may use.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -38,7 +39,7 @@ pub enum TorquePosture {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// Effect ids, in the order in which their parameters are preferred.
+    /// Effect ids; their order means nothing.
     pub effects: Vec<EffectId>,
     /// User-defined effects, to which `effects` may refer by name; those it does not list are offered to the diagnosis.
     pub own: Vec<OwnEffect>,
@@ -97,6 +98,15 @@ impl Model {
         self.effects.iter().map(|e| e.whole().to_owned()).collect()
     }
 
+    /// Its effects in the order of the catalogue, which is that of the columns and of preference where the data cannot tell
+    /// effects apart: the list may have any order and leaves the same results, to the last bit.
+    pub(super) fn in_order(&self) -> Vec<&EffectId> {
+        let place = |id: &EffectId| self.registry.families().position(|f| f.id == id.family()).unwrap_or(usize::MAX);
+        let mut effects: Vec<&EffectId> = self.effects.iter().collect();
+        effects.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| by_arguments(a, b)));
+        effects
+    }
+
     /// True if the model contains an effect, by its id or as a member of a whole family.
     pub fn holds(&self, effect: &str) -> bool {
         let id = EffectId::new(effect);
@@ -153,6 +163,19 @@ impl Model {
     pub fn geometry() -> Self {
         Model::of(&[EffectId::BASE_FRAME, EffectId::MDH])
     }
+}
+
+/// The order of two ids of one family: argument by argument, numbers by their size and before texts.
+fn by_arguments(a: &EffectId, b: &EffectId) -> Ordering {
+    let number = |text: &str| text.parse::<f64>().ok();
+    let pairs = a.split(':').zip(b.split(':'));
+    let orders = pairs.map(|(a, b)| match (number(a), number(b)) {
+        (Some(a), Some(b)) => a.total_cmp(&b),
+        (Some(_), None) => Ordering::Less,
+        (None, Some(_)) => Ordering::Greater,
+        (None, None) => a.cmp(b),
+    });
+    { orders }.find(|order| order.is_ne()).unwrap_or_else(|| a.cmp(b))
 }
 
 impl Default for Model {

@@ -25,7 +25,7 @@ use crate::files::{FileError, field_error, parse_toml, read_text};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ModelToml {
-    /// Ids of effects, in order of preference where the data cannot tell them apart.
+    /// Ids of effects, in any order.
     #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     effects: Vec<String>,
     /// True if joint torques are taken from the columns `tau1_nm` ..., not computed from the masses of the links.

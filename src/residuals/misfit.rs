@@ -13,7 +13,7 @@ mod row_blocks;
 mod search;
 mod slip;
 
-pub use believable::{Unbelievable, unbelievable};
+pub use believable::{Abnormal, Unbelievable, abnormal, unbelievable};
 pub use data_fit::{Cause, DataFit, Misfit, NominalFit, SlipTried};
 
 use self::campaign::Campaign;

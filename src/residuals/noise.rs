@@ -5,6 +5,7 @@ mod noise_scale;
 mod repeats;
 mod serial;
 mod suspects;
+mod time_order;
 
 pub use joint_steps::JointSteps;
 pub(crate) use noise_scale::NoiseScale;

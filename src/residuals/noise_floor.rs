@@ -1,8 +1,8 @@
 //! The noise floor: the residual that measurement noise alone would leave, and how it is known.
 //!
 //! The stated noise is used, including the contribution of the joints at the TCP,
-//! `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, unless replicates contradict it. If they do, or if nothing is stated,
-//! the noise is estimated from replicates: rows of one set-up and target with the same posture (all joints within 0.01
+//! `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, unless replicates of ten degrees of freedom or more contradict it. If they
+//! do, or if nothing is stated, the noise is estimated from replicates: rows of one set-up and target with the same posture (all joints within 0.01
 //! deg), payload and approach, or with the same `repeat` name. The scatter of their residuals about the group mean,
 //! pooled over groups, is noise whatever the model. Residuals are used rather than readings, as the joint angles may
 //! differ slightly. Otherwise the noise is unknown.
@@ -17,6 +17,10 @@ pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// Replicates contradict the stated noise if the probability of their scatter is below this (docs/comparing.md).
 pub(crate) const CONTRADICTION: f64 = 1e-3;
+
+/// Replicates count from this number of degrees of freedom: fewer, such as one seating that was recorded twice, may be an
+/// accident.
+pub(crate) const FEWEST_REPLICATES: f64 = 10.0;
 
 /// Source of the noise estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,7 +91,8 @@ pub struct NoiseFloor {
     pub replicates: Option<Replicates>,
     /// Stated one-sigma per axis including the contribution of the joints, m, root mean square over samples.
     pub stated_per_axis: Option<f64>,
-    /// Probability of such replicates under the stated noise (two-sided chi-square); `None` if either is missing.
+    /// Probability of such replicates under the stated noise (two-sided chi-square); `None` if either is missing, or if they
+    /// are too few to count.
     pub agreement_p: Option<f64>,
 }
 
@@ -120,13 +125,14 @@ impl NoiseFloor {
                 dof,
             }
         };
-        let agreement_p = replicates.filter(|_| stated).and_then(|r| {
+        let counted = replicates.filter(|r| r.dof >= FEWEST_REPLICATES);
+        let agreement_p = counted.filter(|_| stated).and_then(|r| {
             let chi2 = ChiSquared::new(r.dof).ok()?;
             Some((2.0 * chi2.cdf(r.squares).min(chi2.sf(r.squares))).min(1.0))
         });
         let contradicted = agreement_p.is_some_and(|p| p < CONTRADICTION);
         // Replicates that agree to the last digit were copied or rounded.
-        let by_replicates = replicates.filter(|r| (!stated || contradicted) && r.squares > 0.0);
+        let by_replicates = counted.filter(|r| (!stated || contradicted) && r.squares > 0.0);
         let (source, found) = match by_replicates {
             Some(r) => (NoiseSource::Replicates, Some(level((r.squares / r.dof).sqrt(), Some(r.dof)))),
             None if stated => (NoiseSource::Stated, Some(level(1.0, None))),
@@ -249,20 +255,25 @@ mod tests {
     }
 
     #[test]
-    fn two_pairs_known_by_heart() {
+    fn four_pairs_known_by_heart() {
         // Each pair is two apart along one axis: sum of squares 2 about the mean, with three degrees of freedom.
-        let samples = [sample(0, 1.0, 5.0, 0.0), sample(0, 3.0, 5.0, 0.0), sample(1, 0.0, 0.0, 7.0), sample(1, 0.0, 0.0, 9.0)];
+        let pair = |k: usize| [sample(k, 1.0, 5.0, 0.0), sample(k, 3.0, 5.0, 0.0)];
+        let samples: Vec<NoisySample> = (0..4).flat_map(pair).collect();
         let floor = NoiseFloor::of(&samples, false);
-        let replicates = floor.replicates.expect("there are two groups");
-        assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (2, 4, 4.0, 6.0));
+        let replicates = floor.replicates.expect("there are four groups");
+        assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (4, 8, 8.0, 12.0));
         let level = floor.level.expect("known from replicates");
-        assert!((level.per_axis - 1e-5 * (4.0f64 / 6.0).sqrt()).abs() < 1e-15);
+        assert!((level.per_axis - 1e-5 * (8.0f64 / 12.0).sqrt()).abs() < 1e-15);
         assert!((level.rms - level.per_axis * 3f64.sqrt()).abs() < 1e-15);
-        // A chi-square of 4 with six degrees of freedom contradicts nothing.
+        // A chi-square of 8 with twelve degrees of freedom contradicts nothing.
         let stated = NoiseFloor::of(&samples, true);
         assert_eq!((stated.source, stated.level.map(|l| l.relative)), (NoiseSource::Stated, Some(1.0)));
         assert!(!stated.contradicts_statement());
         assert_eq!(NoiseFloor::of(&[sample(2, 1.0, 0.0, 0.0)], false).source, NoiseSource::Unknown);
+        // One pair that agrees to a millionth is an accident, whether the noise is stated or not.
+        let twice = [sample(0, 1.0, 5.0, 0.0), sample(0, 1.0 + 1e-6, 5.0, 0.0)];
+        assert_eq!(NoiseFloor::of(&twice, true).source, NoiseSource::Stated);
+        assert_eq!(NoiseFloor::of(&twice, false).source, NoiseSource::Unknown);
     }
 
     #[test]

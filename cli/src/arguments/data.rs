@@ -9,14 +9,57 @@ use calibench::identify::calibration::{Calibration, IdentifyError, read_calibrat
 use calibench::identify::fit::Outcome;
 use calibench::identify::fleet::{Fleet, FleetJudged, FleetPrior, PriorUsed, identify_with_fleet, read_fleet};
 use calibench::identify::{Model, are_copied};
-use calibench::measure::dataset::file::read_dataset;
+use calibench::measure::dataset::file::{DATASET_TOML, read_dataset};
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
+use calibench_report::documents::Run;
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 pub use calibench_workbench::{locate_in_data, model_for};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use crate::terminal::failure::{Failure, LocatedError};
 use crate::terminal::output::{note, print_detail, warn};
+
+/// File in the folder of a run that holds the model used for its calibration.
+pub const MODEL: &str = "model.toml";
+
+/// The folder of a dataset; of a run, that of the samples that it was calibrated with.
+pub fn dataset() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(|folder| {
+        let of_run = folder.join("trical");
+        let is_run = !folder.join(DATASET_TOML).is_file() && folder.join(Run::FILE).is_file();
+        if is_run && of_run.join(DATASET_TOML).is_file() { of_run } else { folder }
+    })
+}
+
+/// The model of datasets: that of the file given or, if all of them are of runs, the model of these runs, which is named
+/// unless it is the default one.
+pub fn model_of(given: Option<&Path>, folders: &[PathBuf], datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
+    let default = model_for(given, datasets)?;
+    let files: Vec<PathBuf> = folders.iter().filter_map(|folder| model_of_run(folder)).collect();
+    if given.is_some() || files.is_empty() || files.len() < folders.len() {
+        return Ok(default);
+    }
+    let models = files.iter().map(|file| model_for(Some(file), datasets)).collect::<Result<Vec<Model>, _>>()?;
+    if models.iter().any(|model| *model != models[0]) {
+        note("The runs of these data have models of their own: the default one is used; name another with --model.");
+        return Ok(default);
+    }
+    if models[0] != default {
+        note(&format!("The model is that of the run, {}; another is named with --model.", files[0].display()));
+    }
+    Ok(models.into_iter().next().unwrap_or(default))
+}
+
+/// The model file of the run to which a dataset belongs.
+fn model_of_run(dataset: &Path) -> Option<PathBuf> {
+    let run = match dataset.file_name() {
+        Some(_) => dataset.parent()?.to_owned(),
+        None => dataset.join(".."),
+    };
+    let file = run.join(MODEL);
+    (run.join(Run::FILE).is_file() && file.is_file()).then_some(file)
+}
 
 /// Reads datasets and names them by their folders: the last component of the path, or as many as make the names unique.
 pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {

@@ -15,7 +15,9 @@ use calibench_report::{
 };
 use calibench_workbench::{StepError, Wanted};
 
-use crate::arguments::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
+use crate::arguments::data::{
+    check_datasets, dataset, locate_in_data, model_of, named, read_datasets, tell_fit, warn_of_poses,
+};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, tell};
@@ -29,7 +31,7 @@ pub struct Arguments {
     /// q2+q3, time_s ...
     effect: String,
     /// Dataset folders of one robot; each session in each has its own base and tool
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file, updated in place; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
@@ -38,7 +40,7 @@ pub struct Arguments {
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Campaigns not included in the fit: a step that makes one worse is refused
-    #[arg(long, num_args = 1.., value_name = "DATASET")]
+    #[arg(long, num_args = 1.., value_name = "DATASET", value_parser = dataset())]
     check: Vec<PathBuf>,
     /// Take the step even if it is refused, and continue with data that do not fit their robot
     #[arg(long)]
@@ -54,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     check_outputs(arguments.output.as_ref().or(arguments.model.as_ref()))?;
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
     let wanted = Wanted::parse(&arguments.effect, &model, &named)?;

@@ -9,12 +9,13 @@ use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::{Extrapolation, WorkspacePoses};
 use calibench::residuals::comparison::Comparison;
+use calibench::residuals::misfit::abnormal;
 use calibench_report::{
-    Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, comparison_headline, comparison_sentences, comparison_text,
-    documents, extrapolation_sentence, lacking_sentence, write_comparison_plots,
+    Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, abnormal_sentences, comparison_headline, comparison_sentences,
+    comparison_text, documents, extrapolation_sentence, lacking_sentence, write_comparison_plots,
 };
 
-use crate::arguments::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
+use crate::arguments::data::{dataset, forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_json};
 use crate::terminal::progress::Waiting;
@@ -26,7 +27,7 @@ pub struct Arguments {
     #[arg(value_parser = input())]
     calibration: PathBuf,
     /// Dataset folders; their rows of set 'fit' are compared
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Compare the rows of set 'validation' instead
     #[arg(long, conflicts_with = "all")]
@@ -83,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         document.sentences.splice(0..0, first);
         print_json(&document)?;
     } else {
+        abnormal_sentences(&abnormal(&calibration)).iter().try_for_each(|sentence| print_answer(sentence))?;
         print_answer(format!("{}\n", comparison_headline(&comparison)))?;
         first.iter().try_for_each(|sentence| print_answer(format!("* {sentence}")))?;
         comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;

@@ -10,10 +10,11 @@ use calibench::selection::Advice;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder_step;
 use calibench_report::{
-    Forecast, NoForecast, Printout, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
+    Forecast, NoForecast, Printout, Recommended, abnormal_sentences, diagnosis_tables, documents, fleet_sentence,
+    next_step_sentences, sentences,
 };
 
-use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
+use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_json};
@@ -23,7 +24,7 @@ use crate::terminal::streams::input;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders of one robot; each session in each has its own base and tool
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
@@ -44,7 +45,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
@@ -78,6 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ..document
         })?;
     } else {
+        abnormal_sentences(&diagnosis.abnormal).iter().try_for_each(|sentence| print_answer(sentence))?;
         gate.tell()?;
         fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         tell(diagnosis, &forecast, &advice, &commands)?;
@@ -93,7 +95,8 @@ fn tell(
     advice: &Advice,
     commands: &Recommended,
 ) -> Result<(), Failure> {
-    for sentence in sentences(diagnosis) {
+    // What is abnormal has been said.
+    for sentence in sentences(diagnosis).into_iter().skip(diagnosis.abnormal.len()) {
         if sentence.is_answer { print_answer(sentence.text) } else { print(sentence.text) }?;
     }
     print_answer(forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;

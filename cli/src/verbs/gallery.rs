@@ -12,7 +12,7 @@ use calibench_lab::gallery::{Campaign, gallery, of_scenario};
 use calibench_report::{GALLERY_MARK, Gallery};
 
 use crate::arguments::choices::seed;
-use crate::arguments::data::{model_for, read_datasets};
+use crate::arguments::data::{dataset, model_of, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
@@ -22,7 +22,7 @@ use crate::terminal::progress::{Trials, Waiting};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Scenario file, of which the cell is simulated; or dataset folders of one robot
-    #[arg(required = true, value_name = "SCENARIO|DATASET")]
+    #[arg(required = true, value_name = "SCENARIO|DATASET", value_parser = dataset())]
     sources: Vec<PathBuf>,
     /// Output folder for pages (Markdown) and pictures (SVG); an existing gallery is replaced
     #[arg(short, long, visible_alias = "out")]
@@ -99,7 +99,7 @@ fn campaigns(arguments: &Arguments) -> Result<(Vec<Campaign>, u64), Failure> {
         }
         folders => {
             let datasets = read_datasets(folders)?;
-            let model = model_for(arguments.model.as_deref(), &datasets)?;
+            let model = model_of(arguments.model.as_deref(), folders, &datasets)?;
             gate(&datasets, Use::Fit, arguments.force, false)?.tell()?;
             let count = datasets.iter().flat_map(|(_, d)| &d.samples).filter(|s| Use::Fit.takes(s)).count();
             let words = format!("{}, {count} samples", datasets[0].1.robot.name);

@@ -9,14 +9,14 @@ use calibench::identify::fit::Outcome as FitOutcome;
 use calibench::identify::fleet::identify_with_fleet;
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
-use calibench::residuals::misfit::unbelievable;
+use calibench::residuals::misfit::{abnormal, unbelievable};
 use calibench::units::MM;
 use calibench_report::{
-    Printout, RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence,
-    unresolved_sentences, weighing_sentence, wider_sentence,
+    Printout, RESIDUAL, abnormal_sentences, documents, fleet_sentence, orientation_words, parameter_table, shifts_text,
+    unbelievable_sentence, unresolved_sentences, weighing_sentence, wider_sentence,
 };
 
-use crate::arguments::data::{locate_in_data, model_for, named, read_datasets, read_fleet_of, tell_fit};
+use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets, read_fleet_of, tell_fit};
 use crate::arguments::data_gate::{DoNotFit, gate};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written, warn};
@@ -26,7 +26,7 @@ use crate::terminal::streams::{input, output};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders of one robot; each session in each has its own base and tool
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
@@ -51,7 +51,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
@@ -96,6 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ..document
         })?;
     } else {
+        abnormal_sentences(&abnormal(&calibration)).iter().try_for_each(|sentence| print_answer(sentence))?;
         gate.tell()?;
         fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;

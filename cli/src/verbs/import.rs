@@ -45,7 +45,7 @@ pub struct Arguments {
     /// A dataset measured on the same set-up: base, tool and targets are taken from it, not found from these rows, so that `check` can compare the two
     #[arg(long, value_name = "DATASET")]
     set_up_of: Option<PathBuf>,
-    /// Fraction of the rows to keep for validation, chosen at random
+    /// Fraction of the postures to keep for validation, chosen at random, each with all its rows
     #[arg(long, value_parser = fraction)]
     holdout: Option<f64>,
     /// Seed of the random choice

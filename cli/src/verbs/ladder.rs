@@ -18,7 +18,7 @@ use calibench_report::{
 };
 
 use crate::arguments::data::{
-    check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet,
+    check_datasets, dataset, locate_in_data, model_of, named, read_datasets, tell_fit, warn_of_poses, with_fleet,
 };
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
@@ -29,7 +29,7 @@ use crate::terminal::streams::{input, output};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders of one robot; each session in each has its own base and tool
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Initial model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_parser = input())]
     fleet: Option<PathBuf>,
     /// Campaigns not included in the fit: base and tool are re-estimated in each, and a step that makes one worse is refused
-    #[arg(long, num_args = 1.., value_name = "DATASET")]
+    #[arg(long, num_args = 1.., value_name = "DATASET", value_parser = dataset())]
     check: Vec<PathBuf>,
     /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
@@ -57,7 +57,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = crate::arguments::data::named(&checks);

@@ -15,7 +15,7 @@ use calibench::units::MM;
 use calibench_report::{documents, next_sentences, next_table, planned_sentence};
 
 use crate::arguments::choices::seed;
-use crate::arguments::data::{locate_in_data, model_for, named, read_datasets};
+use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
@@ -28,7 +28,7 @@ use calibench_workbench::{WrittenProposal, write_proposal};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders of one robot; the next measurements are for the first set-up of the first
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file to plan for; the default is the one that `ladder` recommends from the paper's model: base_frame, mdh,
     /// joint_compliance
@@ -59,7 +59,7 @@ const SAME_PLACE: f64 = 1.0 * MM;
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let first = &datasets[0].1;

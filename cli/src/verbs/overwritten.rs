@@ -13,6 +13,7 @@ use clap::{ArgMatches, Command};
 use toml::{Table, Value};
 
 use super::{report, run};
+use crate::arguments::data::MODEL;
 
 /// Arguments that name what is written; all other paths are read. A history is both.
 const WRITTEN: [&str; 10] = ["history", "mdh", "out", "output", "page", "parquet", "plots", "report", "ur_kinematics", "urdf"];
@@ -117,11 +118,12 @@ fn everything_read(mut paths: Vec<PathBuf>) -> BTreeSet<PathBuf> {
     found
 }
 
-/// The files and folders that a dataset or a run may hold.
+/// The files and folders that a dataset or a run may hold; of a dataset of a run, its model too.
 fn data_in(folder: &Path) -> Vec<PathBuf> {
     let is_run = folder.join(Run::FILE).is_file();
     let of_run = run::FILES.iter().copied().filter(|name| is_run && *name != report::FILE);
-    DATASET.into_iter().chain(of_run).map(|name| folder.join(name)).collect()
+    let model = folder.parent().filter(|run| run.join(Run::FILE).is_file()).map(|run| run.join(MODEL));
+    DATASET.into_iter().chain(of_run).map(|name| folder.join(name)).chain(model).collect()
 }
 
 /// Files named in a TOML file, relative to it: the parent of a scenario, the robot of a dataset, the dataset of a cell.

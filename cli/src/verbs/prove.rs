@@ -11,6 +11,7 @@ use calibench::measure::dataset::Dataset;
 use calibench_lab::injection::NoiseChoice;
 
 use crate::arguments::choices::seed;
+use crate::arguments::data::dataset;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::streams::{input, output};
 
@@ -20,7 +21,7 @@ const FOLDS: usize = 5;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders; injections are into all of them as data of one robot, divisions are of each separately
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, conflicts_with_all = DIVIDING, value_parser = input())]

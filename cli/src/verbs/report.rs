@@ -12,7 +12,7 @@ use calibench_report::documents::Run;
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 use calibench_workbench::Case;
 
-use crate::arguments::data::{locate_in_data, model_for, read_datasets};
+use crate::arguments::data::{MODEL, locate_in_data, model_for, model_of, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
@@ -21,9 +21,6 @@ use crate::terminal::streams::{input, output};
 
 /// Default file name of a report.
 pub const FILE: &str = "report.html";
-
-/// File in the folder of a run that holds the model used for its calibration.
-pub const MODEL: &str = "model.toml";
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -182,5 +179,6 @@ fn open_run(run: &Path) -> Result<Case, Failure> {
 
 fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Case, Failure> {
     let datasets = read_datasets(folders)?;
-    Ok(Case::of_datasets(folders, datasets, model)?)
+    let of_run = model_of(model, folders, &datasets)?;
+    Ok(Case { model: of_run, ..Case::of_datasets(folders, datasets, model)? })
 }

@@ -15,7 +15,7 @@ use calibench_report::{Printout, Table, documents, misfit_sentence, nominal_fit_
 use clap::Subcommand;
 use serde_json::{Value, json};
 
-use crate::arguments::data::{named, read_datasets};
+use crate::arguments::data::{dataset, named, read_datasets};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::streams::output;
@@ -63,7 +63,7 @@ enum Errand {
         /// The robot, as in `robots show`
         robot: String,
         /// Dataset folders; the robot that they name is not used
-        #[arg(required = true)]
+        #[arg(required = true, value_parser = dataset())]
         datasets: Vec<PathBuf>,
         /// Print one JSON document instead of sentences
         #[arg(long)]

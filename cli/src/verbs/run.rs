@@ -327,7 +327,7 @@ pub const FILES: &[&str] = &[
     "probings.csv",
     TRUE_ARM,
     "scene.toml",
-    super::report::MODEL,
+    crate::arguments::data::MODEL,
     super::report::FILE,
     "cell.png",
     "gauge.png",
@@ -341,7 +341,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &documents
         write_dataset(&run.validation, &inside.join("validation"))?;
         write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
-        write_model(&run.trical.calibration.model, &inside.join(super::report::MODEL))?;
+        write_model(&run.trical.calibration.model, &inside.join(crate::arguments::data::MODEL))?;
         run.campaign.write(inside, &run.plan.probing.poses, &scenario.ball_ids())?;
         run.true_arm.write(&run.campaign, &inside.join(TRUE_ARM))?;
         scenario.scene().write(&inside.join("scene.toml"))?;

@@ -14,7 +14,7 @@ use calibench_report::{documents, runs_answer, runs_text};
 use jiff::civil::Date;
 
 use super::prove::thin;
-use crate::arguments::data::{locate_in_data, model_for, read_datasets};
+use crate::arguments::data::{dataset, locate_in_data, model_of, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
 use crate::terminal::output::{check_outputs, is_told, note, print_answer, print_json, warn};
@@ -24,7 +24,7 @@ use crate::terminal::streams::{input, output};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Dataset folders, one a run of the robot; of a single folder, every session is a run
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let mut datasets: Vec<(String, Dataset)> = order.iter().map(|&k| datasets[k].clone()).collect();
     let dates: Vec<Option<Date>> = order.iter().map(|&k| dates[k]).collect();
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     for (run, Suspect { sample, deviation, .. }) in set_suspects_aside(&mut datasets, &model) {
         warn(&format!("warning: {run}: {sample} is excluded: it is {deviation:.0} sigma from what all others of this run say"));

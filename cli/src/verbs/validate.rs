@@ -15,7 +15,7 @@ use calibench_report::{
 };
 
 use super::compare::of_fitted_rows;
-use crate::arguments::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
+use crate::arguments::data::{dataset, locate_in_data, named, read_calibration_to_use, read_datasets};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_json, warn};
 use crate::terminal::streams::input;
@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(value_parser = input())]
     calibration: PathBuf,
     /// Dataset folders; their rows of set 'validation' are used, or all rows if there are none
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Estimate base, free tool and free balls from these data first, from rows of set 'fit' if there are any: base and tool
     /// were set up again for them

@@ -14,7 +14,7 @@ use crate::effect_names::capital;
 use crate::figures;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
-use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
+use crate::{Forecast, NoForecast, abnormal_sentences, symptom_sentence, unconverged_sentence, unresolved_sentences};
 use calibench::diagnosis::Verdict;
 use calibench::effects::variable_in_words;
 use calibench::identify::Prediction;
@@ -216,6 +216,14 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let (headline, means) = match first.calibration.unconverged() {
         Some(outcome) => ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome))),
         None => (headline, means),
+    };
+    let (headline, means) = match abnormal_sentences(&d.abnormal).as_slice() {
+        [] => (headline, means),
+        [first, others @ ..] => {
+            let (what, remedy) = first.split_once(": ").unwrap_or((first.as_str(), ""));
+            let rest = [sentence(remedy.trim_end_matches('.')), others.join(" "), format!("{headline}."), means];
+            (what.to_owned(), rest.iter().filter(|part| !part.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" "))
+        }
     };
     json!({
         "name": d.verdict.name(),

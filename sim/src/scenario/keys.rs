@@ -335,8 +335,7 @@ pub struct TrackerToml {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModelToml {
-    /// Ids of effects (`calibench effects`) whose parameters are identified, in order of preference where the data cannot
-    /// tell them apart.
+    /// Ids of effects (`calibench effects`) whose parameters are identified, in any order.
     pub effects: Vec<String>,
     /// The user's own effects.
     #[serde(default)]

@@ -13,6 +13,13 @@ use crate::units::{MM, Unit};
 impl EffectId {
     /// The ball that was knocked.
     pub const BALL_STEP: &str = "ball_step";
+
+    /// The ball of the id, wherever it stands or is knocked: `B` of `ball:B` and of `ball_step:B:T`.
+    pub fn ball_of(&self) -> Option<&str> {
+        // A ball's name may contain colons: the time is the part after the last one.
+        let knocked = self.rest().filter(|_| self.family() == EffectId::BALL_STEP);
+        self.ball_name().or_else(|| Some(knocked?.rsplit_once(':')?.0))
+    }
 }
 
 pub(super) const FAMILY: Family = Family {

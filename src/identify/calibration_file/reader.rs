@@ -120,7 +120,7 @@ impl Reader<'_> {
     fn balls(&self) -> Vec<String> {
         let File { effects, effect: own, parameter, .. } = &self.file;
         let of_parameters = parameter.iter().map(|p| &p.effect);
-        let named = effects.iter().chain(of_parameters).filter_map(|id| EffectId::new(id).ball_name().map(str::to_owned));
+        let named = effects.iter().chain(of_parameters).filter_map(|id| EffectId::new(id).ball_of().map(str::to_owned));
         named.chain(own.iter().flat_map(|table| table.balls())).collect()
     }
 

@@ -46,7 +46,7 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Effec
         }
     }
     let reflected = |r: usize| dataset.samples.iter().any(|s| which.takes(s) && s.tool_target == Some(r));
-    wanted.extend(model.effects.iter().map(|e| {
+    wanted.extend(model.in_order().into_iter().map(|e| {
         let width = model.width_of(e);
         let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
         (e.clone(), belief)

@@ -45,7 +45,7 @@ pub(super) fn changes_shown_by(model: &Model, names: &[&str]) -> Model {
 /// When the data do not determine the model.
 pub(super) fn with_curves(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Model, IdentifyError> {
     let plain = Examination::with(datasets, model, Vec::new())?;
-    let ids = bands(plain.problem().robot().joints(), postures(&plain.contexts).count());
+    let ids = bands(plain.problem().robot(), postures(&plain.contexts).count());
     let ids = ids.into_iter().filter(|id| !model.lists(id));
     let beside = plain.beside(datasets, ids.map(Candidate::new).collect())?;
     Ok(curve_model(datasets, &beside, model)?)

@@ -46,7 +46,7 @@ impl Look {
     pub fn at(named: &[NamedDataset<'_>], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
         let plain = Examination::with(named, model, Vec::new())?;
         let library: Vec<String> = Library::new(named, model).candidates.into_iter().map(|c| c.id.into()).collect();
-        let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.contexts).count())
+        let curves: Vec<String> = bands(plain.problem().robot(), postures(&plain.contexts).count())
             .into_iter()
             .filter(|id| !model.lists(id) && EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
             .collect();

@@ -104,7 +104,6 @@ impl Campaign {
             between: t.between.map(|b| first_ball + b),
             distance: t.distance,
         };
-        self.ties.extend(dataset.ball_distances.iter().map(tie));
         // Each measured point of the tool is judged by itself: what is wrong may be wrong in its columns alone.
         let mut sessions: Vec<(Option<&str>, Option<usize>)> = Vec::new();
         let mut last: Vec<Option<usize>> = Vec::new();
@@ -128,6 +127,10 @@ impl Campaign {
                 self.noise = self.noise.max(3.0 * sigma);
             }
         }
+        // A free ball that none of these rows probe has no place to measure from.
+        let is_placed = |&b: &usize| !self.balls[b].free || self.probes(b);
+        let ties: Vec<Tie> = dataset.ball_distances.iter().map(tie).filter(|t| t.between.iter().all(is_placed)).collect();
+        self.ties.extend(ties);
         self.places.extend(sessions.iter().map(|(_, tool_target)| Place {
             base: dataset.base,
             tool: dataset.tool_at(*tool_target),

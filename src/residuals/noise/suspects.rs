@@ -1,18 +1,21 @@
 //! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about
 //! the least-squares fit. Whole postures are judged first, then single samples: if several targets are measured from
-//! one posture, a bad posture hides a bad sample.
+//! one posture, a bad posture hides a bad sample. Postures that follow each other in time may be of one accident, and hide each
+//! other: the run without which all others fit best is looked into as well.
 //!
 //! With Gaussian noise, a campaign has a suspect with a probability of less than 1e-3.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::time_order::{accidents, in_time};
 use super::{Row, rows};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{Fit, FitError, fit};
 use crate::identify::problem::{Problem, Use};
 use crate::math::linalg::{self, LinalgError};
+use crate::math::positive_definite;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
 
@@ -27,6 +30,16 @@ const FALSE_ALARM: f64 = 1e-3;
 const MOST: f64 = 0.05;
 /// Number of suspects that are allowed however few the postures.
 const ALWAYS_ALLOWED: usize = 2;
+
+/// Largest share of the postures that may be suspects where they follow each other: one accident spoils whatever is measured until
+/// it is noticed.
+const MOST_IN_RUNS: f64 = 0.15;
+/// Longest run that is sought; such a run may hide itself, since each of it is predicted by the others.
+const LONGEST_RUN: usize = 8;
+/// Probability by chance at which a run is looked into, of all runs together.
+const RUN_ALARM: f64 = 1e-6;
+/// With more postures than this, no few of them hide each other, and runs are not sought.
+const MOST_FOR_RUNS: usize = 400;
 
 /// Degrees of freedom of the Student-t fit.
 const NU: f64 = 4.0;
@@ -117,8 +130,13 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
-    let bad = near.far_off(&by_posture, &[], stated)?;
-    if bad.len() > most {
+    let mut bad = near.far_off(&by_posture, &[], stated)?;
+    let order = in_time(datasets, &members);
+    bad.extend(near.run(&by_posture, &order, stated)?);
+    bad.sort_unstable();
+    bad.dedup();
+    let most_in_runs = most.max((MOST_IN_RUNS * members.len() as f64) as usize);
+    if accidents(&bad, &order) > most || bad.len() > most_in_runs {
         return Ok(Vec::new());
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
@@ -226,6 +244,25 @@ impl Near {
     /// # Errors
     /// When the weighted rows do not determine the parameters.
     fn fitted(&self, weights: &[f64]) -> Result<Fitted, LinalgError> {
+        let (residuals, root) = self.solved(weights)?;
+        if self.rows.ncols() > MANY_ROWS {
+            return Ok(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
+        }
+        let leverages = self.pulls(root).column_iter().map(|c| c.norm_squared()).collect();
+        Ok(Fitted { residuals, leverages })
+    }
+
+    /// The parameters by which each row is drawn, in their one-sigmas: inner products of its columns are leverages.
+    fn pulls(&self, root: DMatrix<f64>) -> DMatrix<f64> {
+        // A row of zeros for the residual.
+        linalg::product_of_transposed(&root.insert_row(self.parameters, 0.0), &self.rows)
+    }
+
+    /// The residual of every row of a weighted fit, and the root of the inverse of its normal matrix.
+    ///
+    /// # Errors
+    /// When the weighted rows do not determine the parameters.
+    fn solved(&self, weights: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), LinalgError> {
         let m = self.parameters;
         let mut weighted = self.rows.clone();
         weighted.column_iter_mut().zip(weights).for_each(|(mut c, w)| c *= w.sqrt());
@@ -242,14 +279,47 @@ impl Near {
         factor.solve_in_place(&mut step);
         let step = DVector::from_vec(step);
         let residuals = self.rows.column_iter().map(|c| c[m] - c.rows(0, m).dot(&step)).collect();
-        if self.rows.ncols() > MANY_ROWS {
-            return Ok(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
-        }
         let mut root = DMatrix::zeros(m, m);
         factor.inverse_root(&mut root);
-        // A row of zeros for the residual.
-        let pulls = linalg::product_of_transposed(&root.insert_row(m, 0.0), &self.rows);
-        Ok(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
+        Ok((residuals, root))
+    }
+
+    /// The run of units, in this order, without which the others fit best, if chance does not explain by how much; empty if none
+    /// does.
+    ///
+    /// # Errors
+    /// When the rows do not determine the parameters.
+    fn run(&self, units: &[Unit], order: &[usize], stated: bool) -> Result<Vec<usize>, LinalgError> {
+        let longest = LONGEST_RUN.min((MOST_IN_RUNS * order.len() as f64) as usize);
+        let dof = self.rows.ncols() as f64 - self.parameters as f64;
+        if longest < 2 || order.len() > MOST_FOR_RUNS || self.rows.ncols() > MANY_ROWS || dof < 1.0 {
+            return Ok(Vec::new());
+        }
+        let Ok((residuals, root)) = self.solved(&vec![1.0; self.rows.ncols()]) else { return Ok(Vec::new()) };
+        let pulls = self.pulls(root);
+        let squares: f64 = residuals.iter().map(|r| r * r).sum();
+        let runs = (2..=longest).flat_map(|length| order.windows(length));
+        let count = runs.clone().count() as f64;
+        let judged = runs.filter_map(|run| {
+            let rows: Vec<usize> = run.iter().flat_map(|&u| units[u].rows.iter().copied()).collect();
+            let left = dof - rows.len() as f64;
+            if left < 3.0 {
+                return None;
+            }
+            // Deleted together: r' (I - H)^-1 r is what the squares lose.
+            let own = pulls.select_columns(&rows);
+            let free = DMatrix::identity(rows.len(), rows.len()) - own.transpose() * &own;
+            let r = DVector::from_iterator(rows.len(), rows.iter().map(|&row| residuals[row]));
+            // A run that alone determines a parameter cannot be left out.
+            let gain = r.dot(&(positive_definite::inverse(free).ok()? * &r));
+            let rest = (squares - gain).max(0.0) / left;
+            let unit = if stated { rest.max(1.0) } else { rest.max(f64::MIN_POSITIVE) };
+            let ratio = gain / rows.len() as f64 / unit;
+            let chance = FisherSnedecor::new(rows.len() as f64, left).map_or(1.0, |law| law.sf(ratio));
+            Some((chance * count, ratio, run))
+        });
+        let best = judged.min_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        Ok(best.filter(|(chance, ..)| *chance < RUN_ALARM).map_or_else(Vec::new, |(.., run)| run.to_vec()))
     }
 
     /// Whitened sum of squares of a unit, as if of its independent components, with its own leverage removed.

@@ -10,6 +10,7 @@ use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
+use crate::robot::{JointKind, Robot};
 
 /// Bands of orders per turn.
 const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
@@ -20,10 +21,11 @@ const BANDS_FROM: [usize; 5] = [0, 0, 20, 300, 300];
 /// A band whose effect at plausible size, as a sum of squares, is less than this share of the largest is left out.
 const MOVES: f64 = 1e-4;
 
-/// Ids of the bands for a robot with this number of joints, measured in this number of postures.
-pub(crate) fn bands(joints: usize, postures: usize) -> Vec<String> {
+/// Ids of the bands of all joints of a robot that turn, measured in this number of postures.
+pub(crate) fn bands(robot: &Robot, postures: usize) -> Vec<String> {
+    let turning: Vec<usize> = (1..=robot.joints()).filter(|j| robot.kind(j - 1) == JointKind::Revolute).collect();
     let bands = BANDS.iter().zip(BANDS_FROM).filter(|(_, from)| postures >= *from).map(|(band, _)| band);
-    bands.flat_map(|[low, high]| (1..=joints).map(move |j| format!("{}:{j}:{low}:{high}", EffectId::ERROR_CURVE))).collect()
+    bands.flat_map(|[low, high]| turning.iter().map(move |j| format!("{}:{j}:{low}:{high}", EffectId::ERROR_CURVE))).collect()
 }
 
 /// Estimates the prior information of those of `bands` that have an effect on the target, in addition to the fitted

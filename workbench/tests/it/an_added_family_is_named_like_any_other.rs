@@ -10,8 +10,7 @@ use calibench::residuals::comparison::Comparison;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{LadderProgress, observed_ladder};
 use calibench_report::{
-    Page, PageModel, PageSubject, Recommended, Views, diagnosis_tables, each_called, lacking_sentence, ladder_step_sentence,
-    sentences,
+    Page, PageModel, PageSubject, Views, diagnosis_tables, each_called, lacking_sentence, ladder_step_sentence, sentences,
 };
 use calibench_workbench::{Bench, Case, Place};
 use serde_json::{Value, json};

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::injections_text::{markdown, page, sentences, text};
 use super::{Arguments, thin};
-use crate::arguments::data::{locate_in_data, model_for, named, read_datasets};
+use crate::arguments::data::{locate_in_data, model_of, named, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written};
@@ -19,7 +19,7 @@ const AT_MOST: usize = 2000;
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_of(arguments.model.as_deref(), &arguments.datasets, &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting the model");
