@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use calibench::diagnosis::Verdict;
-use calibench::identify::Model;
-use calibench::identify::calibration::identify;
+use calibench::effects::EffectId;
+use calibench::identify::{Model, identify};
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::nalgebra::{UnitQuaternion, Vector3};
@@ -173,9 +173,9 @@ pub struct Climbed {
     pub measured: f64,
     pub oracle: f64,
     pub verdict: Verdict,
-    pub first_step: Vec<String>,
-    pub advised: Vec<String>,
-    pub steps: Vec<Vec<String>>,
+    pub first_step: Vec<EffectId>,
+    pub advised: Vec<EffectId>,
+    pub steps: Vec<Vec<EffectId>>,
     pub kind: ChoiceKind,
     pub top: &'static str,
     /// The first model's residual is said to be noise.

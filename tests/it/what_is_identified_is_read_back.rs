@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use calibench::effects::Subject;
-use calibench::effects::registry;
+use calibench::effects::registry::{self, Registry};
 use calibench::identify::calibration::{read_calibration, write_calibration};
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
@@ -49,7 +49,7 @@ fn every_effect_is_read_back_from_a_calibration() {
         // What these samples do not show cannot be identified.
         let Ok(calibration) = identify(&named, &Model::geometry().with(id)) else { continue };
         write_calibration(&calibration, &path).unwrap();
-        match read_calibration(&path) {
+        match read_calibration(&path, Registry::catalogue()) {
             Ok(back) => assert_eq!(back.model.ids(), calibration.model.ids(), "{id}"),
             Err(e) => panic!("{id}: {e}"),
         }

@@ -10,7 +10,7 @@ use calibench::diagnosis::diagnose;
 use calibench::identify::Model;
 use calibench::identify::fit::Outcome;
 use calibench::measure::dataset::file::read_dataset;
-use calibench_report::{Recommended, sentences};
+use calibench_report::sentences;
 use serde_json::Value;
 
 fn compared(folder: &Path, arguments: &[&str]) -> Value {

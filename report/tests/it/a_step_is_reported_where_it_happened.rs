@@ -3,7 +3,7 @@
 use calibench::diagnosis::Verdict;
 use calibench::effects::registry::Registry;
 use calibench_report::documents;
-use calibench_report::{Recommended, sentences};
+use calibench_report::sentences;
 
 use crate::effect_cell::{Measures, diagnosed};
 
