@@ -59,7 +59,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             )
         }
         ToDo::Choose => format!(
-            "Next: `{}` compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
+            "Next: `{}` tries a field of joint errors: no single effect predicts postures that were not fitted better.",
             command(advice, diagnosis, commands)
         ),
     };

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::at_new_poses::AtNewPoses;
-use super::field::expected_of_model;
+use super::field::{HeldField, expected_of_model};
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
 use super::worker::Worker;
@@ -191,6 +191,9 @@ impl WorkspaceError {
         else {
             return Ok(None);
         };
+        if let Some(held) = HeldField::of_model(datasets, &examination.model) {
+            return held.workspace(datasets, poses);
+        }
         if let Some(measured) = expected_of_model(datasets, examination, poses)? {
             return Ok(Some(measured));
         }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use calibench::diagnosis::Verdict;
 use calibench::effects::EffectId;
-use calibench::identify::{Model, identify};
 use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::nalgebra::{UnitQuaternion, Vector3};
 use calibench::prediction::WorkspacePoses;

@@ -384,6 +384,6 @@ fn in_words(registry: &Registry, progress: &LadderProgress<'_>) -> String {
         LadderProgress::Trying(effects) => format!("Trying {} …", each_called(registry, effects)),
         LadderProgress::Refused(step) => capital(&not_added_sentence(registry, step, 1)),
         LadderProgress::Reached(step) => ladder_step_sentence(step),
-        LadderProgress::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
+        LadderProgress::Choosing => "Choosing between the steps and a field of joint errors …".to_owned(),
     }
 }

@@ -43,7 +43,7 @@ pub struct Arguments {
     /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
-    /// Write the model of the whole library, whatever is recommended
+    /// Write the model with the field of joint errors, whatever is recommended
     #[arg(long, requires = "output")]
     whole: bool,
     /// Continue with data that do not fit their robot
@@ -129,7 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     in_question_sentence(&ladder, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
-        let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
+        let which = if arguments.whole { "model with the field of joint errors" } else { "recommended model" };
         print_answer(format!("The {which} is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)

@@ -125,7 +125,7 @@ export function recommend() {
   /** @param {Answer} told */
   const after = ({ added, advice, tookMs }) =>
     `${added.length ? "Applied" : "Nothing to add"} (${seconds(tookMs)}). ${advice}`;
-  const before = "Running the ladder, and comparing its steps with the error curves of all joints …";
+  const before = "Running the ladder, and comparing its steps with a field of joint errors …";
   return act(before, "recommend", {}, after);
 }
 
