@@ -243,6 +243,9 @@ pub fn build(id: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectE
     if let Some(own) = subject.own.iter().find(|e| e.name == id) {
         return own.build(subject).map_err(|error| EffectError::Own { id: id.into(), error });
     }
+    if id == EffectId::ERROR_FIELD {
+        return error_field::error_field(&EffectId::new(id), subject);
+    }
     let family = subject.registry.family(id).ok_or_else(|| EffectError::Unknown { id: id.into() })?;
     (family.build)(&EffectId::new(id), subject)
 }

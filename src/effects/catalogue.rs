@@ -11,7 +11,6 @@ mod base_step;
 mod bearing_tilt;
 mod cross_compliance;
 mod error_curve;
-mod error_field;
 mod gauge_gain;
 mod gauge_tilt;
 mod gauge_zero;
@@ -64,7 +63,6 @@ pub const CATALOGUE: &[Family] = &[
     harmonic::TWICE,
     harmonic::ANY,
     error_curve::FAMILY,
-    error_field::FAMILY,
     joint_scale::FAMILY,
     wrist_coupling::FAMILY,
     joint_source::FAMILY,

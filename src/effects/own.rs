@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::expression::Expression;
 use super::situation::Situation;
-use super::{Effect, Emit, Needs, Owner, ParameterSpec, Subject};
+use super::{Effect, EffectId, Emit, Needs, Owner, ParameterSpec, Subject};
 use crate::robot::sites::{Axis6, MOST_JOINTS, MdhEntry, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -149,7 +149,7 @@ impl OwnEffect {
             let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
             return Err(wrong("name", format!("'{}' is not a name", quoted(name)), remedy));
         }
-        if subject.registry.family(name).is_some() {
+        if subject.registry.family(name).is_some() || name == EffectId::ERROR_FIELD {
             let problem = format!("'{name}' is an effect of the catalogue");
             return Err(wrong("name", problem, "give your own another name"));
         }

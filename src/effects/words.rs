@@ -24,6 +24,9 @@ impl Registry {
         {
             return format!("error curve of joint {joint} over the {}", variable_in_words(variable));
         }
+        if id == EffectId::ERROR_FIELD {
+            return EffectId::ERROR_FIELD_IN_WORDS.to_owned();
+        }
         let Some(family) = self.family(id.whole()) else { return id.whole().to_owned() };
         // The time is the last argument; what stands before it may contain colons.
         let rest = id.rest().unwrap_or_default();
