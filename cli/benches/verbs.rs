@@ -55,7 +55,7 @@ fn diagnose(named: &[NamedDataset<'_>], model: &Model) -> String {
     let step = ladder_step(named, model, ground).unwrap();
     let advice = Advice::on(named, &step, ground).unwrap();
     let commands = Recommended::default();
-    let said = sentences(&step.diagnosis, &commands).into_iter().map(|sentence| sentence.text);
+    let said = sentences(&step.diagnosis).into_iter().map(|sentence| sentence.text);
     let said: Vec<String> = said.chain(next_step_sentences(&advice, &step.diagnosis, &commands)).collect();
     said.join("\n") + &diagnosis_tables(&step.diagnosis, false).to_string()
 }

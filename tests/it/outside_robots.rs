@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use calibench::diagnosis::Verdict;
 use calibench::identify::Model;
-use calibench::identify::calibration::identify;
+use calibench::identify::identify;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use calibench::nalgebra::{UnitQuaternion, Vector3};

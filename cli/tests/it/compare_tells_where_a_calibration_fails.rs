@@ -10,7 +10,7 @@ use calibench::diagnosis::diagnose;
 use calibench::identify::Model;
 use calibench::identify::fit::Outcome;
 use calibench::measure::dataset::file::read_dataset;
-use calibench_report::{Recommended, sentences};
+use calibench_report::sentences;
 use serde_json::Value;
 
 fn compared(folder: &Path, arguments: &[&str]) -> Value {
@@ -194,7 +194,7 @@ fn a_fit_that_did_not_converge_is_used_for_nothing() {
     let data = read_dataset(&at.join("run/trical")).unwrap();
     let mut diagnosis = diagnose(&[NamedDataset::new("d", &data)], &Model::default_for(&data)).unwrap();
     diagnosis.outcome = Outcome::IterationLimit;
-    let said = sentences(&diagnosis, &Recommended::default());
+    let said = sentences(&diagnosis);
     assert!(said[0].is_answer && said[0].text.starts_with("WARNING: the fit used up its steps"), "{said:?}");
     assert!(said.iter().all(|sentence| !sentence.text.contains("Verdict")), "{said:?}");
 }

@@ -3,7 +3,7 @@
 use calibench::diagnosis::Verdict;
 use calibench::effects::registry::Registry;
 use calibench_report::documents;
-use calibench_report::{Recommended, sentences};
+use calibench_report::sentences;
 
 use crate::effect_cell::{Measures, diagnosed};
 
@@ -37,7 +37,7 @@ fn a_step_is_placed_between_the_samples_between_which_it_happened() {
             "between samples {before} and {after}{of_session} (95 %: {} to {})",
             moment.credible[0], moment.credible[1]
         );
-        assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.text.contains(&said)), "{effect}: {said}");
+        assert!(sentences(&told).iter().any(|s| s.text.contains(&said)), "{effect}: {said}");
     }
 }
 
@@ -53,7 +53,7 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     let called = |id: String| format!("{} ({id})", Registry::catalogue().in_words(&id));
     let [base, artifact] = ["base_step", "artifact_step"].map(|family| called(format!("{family}:{moment}")));
     let said = format!("{base} or {artifact}: aliased in these data; only a look at either from outside");
-    assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.text.contains(&said)), "{said}");
+    assert!(sentences(&told).iter().any(|s| s.text.contains(&said)), "{said}");
     let written = documents::Diagnosis::of(&told, None);
     assert_eq!(written.findings[0].exactly_same, first.exactly_same);
     assert!(written.findings[0].parted_by.as_ref().unwrap().contains("from outside"));
