@@ -89,7 +89,7 @@ pub fn abnormal(calibration: &Calibration) -> Vec<Abnormal> {
     if calibration.unconverged().is_some() {
         return Vec::new();
     }
-    let sized = Sized::of(calibration);
+    let sized = Estimates::of(calibration);
     let mut all = sized.lost_zeros();
     let zeros: Vec<String> = all.iter().map(|a| a.parameter.clone()).collect();
     let of_links = sized.estimates.iter().filter(|e| e.of.effect == EffectId::MDH && !zeros.contains(&e.of.name));
@@ -118,7 +118,7 @@ impl SizedEstimate<'_> {
 }
 
 /// The freely fitted estimates of links and gears, and their covariance, whatever the others are.
-struct Sized<'a> {
+struct Estimates<'a> {
     estimates: Vec<SizedEstimate<'a>>,
     /// In plausible sizes.
     covariance: DMatrix<f64>,
@@ -126,7 +126,7 @@ struct Sized<'a> {
     dof: f64,
 }
 
-impl<'a> Sized<'a> {
+impl<'a> Estimates<'a> {
     fn of(calibration: &'a Calibration) -> Self {
         let robot = &calibration.robot;
         let lengths = (reach(robot) / REACH_OF_CATALOGUE).max(1.0);
@@ -146,7 +146,7 @@ impl<'a> Sized<'a> {
             calibration.correlation[(places[r], places[c])] * in_sizes(r) * in_sizes(c)
         });
         let dof = if calibration.noise_stated { f64::INFINITY } else { calibration.dof as f64 };
-        Sized { estimates, covariance, dof }
+        Estimates { estimates, covariance, dof }
     }
 
     /// The zeros that are lost, in the order in which they were found.
