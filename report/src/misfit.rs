@@ -1,7 +1,7 @@
 //! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence.
 
-use calibench::residuals::misfit::{Abnormal, Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
-use calibench::units::MM;
+use calibench::residuals::misfit::{Abnormal, Cause, DataFit, Measure, Misfit, NominalFit, SlipTried, Unbelievable};
+use calibench::units::{DEG, MM};
 
 /// The residual of the nominal arm on a dataset, on one line.
 pub fn nominal_fit_line(fit: &NominalFit) -> String {
@@ -25,10 +25,30 @@ pub fn nominal_fit_lines(fits: &[DataFit]) -> Vec<String> {
 
 /// Explains why data do not fit their robot, with the remedy.
 pub fn misfit_sentence(misfit: &Misfit) -> String {
-    let Misfit { nominal, cause, slips, within_expected } = misfit;
-    let left = if matches!(cause, Cause::Rows(_)) { nominal.plain } else { nominal.residual.max(nominal.plain) };
-    let tried = |s: &SlipTried| format!("{} leaves {} ({})", s.words, length(s.residual), s.slip);
+    let Misfit { nominal, measure, left, most, cause, slips, within_expected } = misfit;
+    let size = |value: f64| if *measure == Measure::Orientations { angle(value) } else { length(value) };
+    let first = slips.first();
+    let remedy = "Correct the data, or go on with --force.";
+    let of = match measure {
+        Measure::Places | Measure::Rows => "",
+        Measure::Orientations => " in its orientations",
+        Measure::BallDistances => " in the stated distances between its balls",
+        Measure::Targets => " in the places of the targets on its tool",
+    };
     match cause {
+        Cause::Slips if *measure == Measure::Rows => {
+            let SlipTried { slip, residual, words } = first.cloned().unwrap_or_default();
+            let apart = if residual > 0.0 {
+                format!(", and the places measured there are up to {} apart: the joints were not read anew", length(residual))
+            } else {
+                String::new()
+            };
+            format!(
+                "These data contradict themselves: {words}{apart} ({slip}). The nominal arm leaves {} rms in all {} rows. {remedy}",
+                length(nominal.plain),
+                nominal.rows
+            )
+        }
         Cause::Slips => {
             let others: Vec<&str> = slips.iter().skip(1).map(|s| s.slip.as_str()).collect();
             let or = match others.as_slice() {
@@ -36,19 +56,19 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
                 others => format!(", and these data cannot distinguish it from {}", others.join(", ")),
             };
             let why = if *within_expected { ", and a slip would explain it" } else { "" };
-            let first = slips.first().map_or(String::new(), |s| format!("{} leaves {}", s.words, length(s.residual)));
+            let explained = first.map_or(String::new(), |s| format!("{} leaves {}", s.words, size(s.residual)));
             format!(
-                "These data do not fit this robot{why}: {first} instead of {} ({}){or}; up to {} is expected of the nominal arm. Correct the data, or go on with --force.",
-                length(left),
-                slips.first().map_or("", |s| s.slip.as_str()),
-                length(nominal.expected)
+                "These data do not fit this robot{of}{why}: {explained} instead of {} ({}){or}; up to {} is expected of the nominal arm. {remedy}",
+                size(*left),
+                first.map_or("", |s| s.slip.as_str()),
+                size(*most)
             )
         }
         Cause::Base => {
             let names: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
             format!(
                 "These data do not fit this robot with the base as stated: the base found from them is not where it is stated, and {} puts it there ({}). Correct the data or the base, or go on with --force.",
-                slips.first().map_or("", |s| s.words.as_str()),
+                first.map_or("", |s| s.words.as_str()),
                 names.join(" or ")
             )
         }
@@ -56,24 +76,26 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
             let named: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
             let others = gross.saturating_sub(named.len());
             let others = if others == 0 { String::new() } else { format!(" and {others} more") };
+            let rest = if *measure == Measure::Orientations { first.map_or(*left, |s| s.residual) } else { nominal.residual };
             format!(
-                "These data do not fit this robot in {gross} of {} rows: without {}{others} the nominal arm leaves {} instead of {}. Correct these rows or leave them out, or go on with --force.",
+                "These data do not fit this robot{of} in {gross} of {} rows: without {}{others} the nominal arm leaves {} instead of {}. Correct these rows or leave them out, or go on with --force.",
                 nominal.rows,
                 named.join(", "),
-                length(nominal.residual),
-                length(left)
+                size(rest),
+                size(*left)
             )
         }
         Cause::Unknown => {
+            let tried = |s: &SlipTried| format!("{} leaves {} ({})", s.words, size(s.residual), s.slip);
             let best: Vec<String> = slips.iter().map(tried).collect();
+            let best = if best.is_empty() { String::new() } else { format!(", the best tries: {}", best.join("; ")) };
             format!(
-                "These data do not fit this robot: the nominal arm, its base and a free tool fitted, leaves {}, and up to {} is expected; no usual slip explains it, the best tries: {}. Check robot, units and signs, or go on with --force.",
-                length(nominal.residual),
-                length(nominal.expected),
-                best.join("; ")
+                "These data do not fit this robot{of}: the nominal arm, its base and a free tool fitted, leaves {}, and up to {} is expected; no usual slip explains it{best}. Check robot, units and signs, or go on with --force.",
+                size(*left),
+                size(*most)
             )
         }
-        other => format!("These data do not fit this robot ({}). Correct the data, or go on with --force.", other.name()),
+        other => format!("These data do not fit this robot ({}). {remedy}", other.name()),
     }
 }
 
@@ -127,4 +149,10 @@ fn length(m: f64) -> String {
         mm if mm >= 0.01 => format!("{mm:.2} mm"),
         mm => format!("{mm:.4} mm"),
     }
+}
+
+/// An angle for display.
+fn angle(rad: f64) -> String {
+    let deg = rad / DEG;
+    if deg >= 10.0 { format!("{deg:.0} deg") } else { format!("{deg:.2} deg") }
 }

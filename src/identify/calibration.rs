@@ -115,6 +115,8 @@ pub struct Calibration {
     pub absolute_accuracy: Option<bool>,
     /// Number of robots of the fleet whose prior was used; `None` without one.
     pub fleet_robots: Option<usize>,
+    /// The sentence by which its data were refused, where the fit was forced.
+    pub misfit: Option<String>,
 }
 
 /// The reason why there is no calibration.
@@ -232,6 +234,7 @@ impl Calibration {
             fitted_rows: FittedRows::of(datasets),
             absolute_accuracy: datasets.iter().find_map(|d| d.dataset.absolute_accuracy),
             fleet_robots: None,
+            misfit: None,
         }
     }
 

@@ -35,6 +35,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         fitted_rows: c.fitted_rows.to_text(),
         absolute_accuracy: c.absolute_accuracy,
         fleet_robots: c.fleet_robots,
+        misfit: c.misfit.clone(),
         unresolved: c.unresolved.clone(),
         fit: FitTable::of(c),
         joint_range: c.joint_ranges.iter().enumerate().map(|(i, range)| JointRange::of(i, *range, c.robot.kind(i))).collect(),

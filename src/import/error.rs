@@ -77,6 +77,14 @@ pub enum ImportError {
         /// The robot of the rows.
         robot: String,
     },
+    /// Base and tool are to be found from poses that do not turn.
+    #[error(
+        "all poses have one orientation (they turn by {spread_deg:.1} deg): base and tool cannot be told apart; turn the wrist by 30 deg or more about two axes, or state the base or the tool"
+    )]
+    OneOrientation {
+        /// Largest angle between the flange of the first pose and that of another, deg.
+        spread_deg: f64,
+    },
     /// A file has no usable rows.
     #[error("{}: none of its {rows} rows can be used; the first: {reason}", path.display())]
     NothingKept {

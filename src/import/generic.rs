@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
-use super::initial_setup::{check_base, fit_base_and_tool};
+use super::initial_setup::{check_base, check_orientations, fit_base_and_tool};
 use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
@@ -50,10 +50,13 @@ pub(super) fn by_map(
         let table = TableFile { path: file, label: &label, constants: &constants, joined: joined.as_deref() };
         read_table(&table, map, &mut dataset, &mut report)?;
     }
+    report.notes.extend(dataset.whole_turns_undone());
+    report.notes.extend(dataset.beyond_limits().iter().map(ToString::to_string));
     if let Some(rows) = map.rows {
         rows.apply(&mut dataset.samples, &mut report);
     }
     if !map.has_base {
+        check_orientations(&dataset)?;
         fit_base_and_tool(&mut dataset);
     }
     Ok((dataset, report))

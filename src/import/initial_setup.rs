@@ -10,6 +10,7 @@ use crate::measure::dataset::file::read_dataset;
 use crate::measure::dataset::{Dataset, Measured, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, rigid_fit};
+use crate::units::DEG;
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.
 const ROUNDS: usize = 30;
@@ -20,6 +21,26 @@ const AT_REST: f64 = 1e-7;
 pub(super) fn flanges<'a>(dataset: &'a Dataset) -> impl Iterator<Item = Pose> + 'a {
     let origin = FramePose::default();
     dataset.samples.iter().map(move |s| world_from_tool(&dataset.robot, &origin, &origin, &s.q))
+}
+
+/// Largest angle between flanges of one orientation, rad: between them the tool moves by less than noise and errors of the arm.
+const ONE_ORIENTATION: f64 = 3.0 * DEG;
+
+/// Checks that poses by which base and tool are to be found are turned against each other.
+pub(super) fn check_orientations(dataset: &Dataset) -> Result<(), ImportError> {
+    let poses = dataset.tool_free && dataset.samples.len() > 1 && dataset.samples.iter().all(|s| s.orientation.is_some());
+    let spread = spread_of_orientations(dataset);
+    if poses && spread < ONE_ORIENTATION {
+        return Err(ImportError::OneOrientation { spread_deg: spread / DEG });
+    }
+    Ok(())
+}
+
+/// Largest angle between the flange of the first row and that of any other, rad.
+fn spread_of_orientations(dataset: &Dataset) -> f64 {
+    let mut all = flanges(dataset);
+    let Some(first) = all.next() else { return 0.0 };
+    all.map(|flange| first.rotation.angle_to(&flange.rotation)).fold(0.0, f64::max)
 }
 
 /// Fits the base, the tool if it is free, and the free targets to the fit rows of the first session with known positions.
@@ -46,7 +67,8 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
         pairs.iter().map(|(flange, place)| (flange.transform_point(&(tool + offset).into()).coords, *place)).collect::<Vec<_>>()
     };
     let Some(mut base) = rigid_fit(&reached(&tool)) else { return };
-    if dataset.tool_free {
+    // Where the flange hardly turns, the tool cannot be told from the base: the stated one stays.
+    if dataset.tool_free && spread_of_orientations(dataset) >= ONE_ORIENTATION {
         for _ in 0..ROUNDS {
             // Gauss-Newton on the translation and rotation of the base about the world's origin, and the tool in the flange.
             let (mut normal, mut right) = (SMatrix::<f64, 9, 9>::zeros(), SVector::<f64, 9>::zeros());

@@ -1,7 +1,7 @@
 //! `mukca`: a ball on a Franka Panda seated by hand in printed sockets (github.com/platonics-delft/kinematics_calibration).
 //!
 //! `<place>/hole_{0,1}.csv` has one row per seating. The positions of the sockets are unknown; the distance of 50 mm between
-//! the two of a place is known. Every socket is a free ball, and the TCP is free. The world is the robot's base.
+//! the two of a place is known. Other arms, distances and numbers of sockets are read alike. Every socket is a free ball, and the TCP is free. The world is the robot's base.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,8 +17,8 @@ use crate::files::{FileError, cannot_be_read};
 use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Ball, BallDistance, Dataset, Measured, SampleSet};
-use crate::robot::Pose;
 use crate::robot::robot_file::robot;
+use crate::robot::{Pose, Robot};
 use crate::units::{MM, UM};
 
 /// Distance between the two sockets of a place, m.
@@ -28,13 +28,27 @@ const SOCKETS_APART_SIGMA: f64 = 100.0 * UM;
 /// Depth below a folder at which files are searched for: robot / place / file.
 const DEPTH: usize = 3;
 
+/// Number of joints of the map: those of the Panda.
+const JOINTS: usize = 7;
+
+/// The map for an arm of so many joints, each with a column of its own, in their order.
+fn map_for(joints: usize) -> String {
+    let text = include_str!("maps/mukca.toml");
+    let is_joint = |line: &&str| line.starts_with('q');
+    let column = |k: usize| format!("q{k} = {{ column = {k}, unit = \"rad\" }}\n");
+    let columns: String = (1..=joints).map(column).collect();
+    let rest: Vec<&str> = text.lines().filter(|line| !is_joint(line)).collect();
+    rest.join("\n").replace("[columns]\n", &format!("[columns]\n{columns}")) + "\n"
+}
+
 /// Imports the files, or all `hole_*.csv` below the folders.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
-    let (map, mut dataset) = ColumnMap::parse(Path::new("maps/mukca.toml"), include_str!("maps/mukca.toml"), Path::new(""))?;
-    if let Some(reference) = &options.robot {
-        let reference = reference.to_string_lossy().into_owned();
-        dataset.robot = Arc::new(robot(&reference, Path::new(""))?);
-        dataset.robot_reference = reference;
+    let named = options.robot.as_ref().map(|r| r.to_string_lossy().into_owned());
+    let arm = named.as_ref().map(|name| robot(name, Path::new(""))).transpose()?;
+    let text = map_for(arm.as_ref().map_or(JOINTS, Robot::joints));
+    let (map, mut dataset) = ColumnMap::parse(Path::new("maps/mukca.toml"), &text, Path::new(""))?;
+    if let (Some(name), Some(arm)) = (named, arm) {
+        (dataset.robot, dataset.robot_reference) = (Arc::new(arm), name);
     }
     let mut found: Vec<(PathBuf, SampleSet)> = Vec::new();
     for (k, file) in files.iter().enumerate() {
@@ -73,7 +87,7 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
         let table = TableFile { path, label: &id, constants: &constants, joined: None };
         read_table(&table, &map, &mut dataset, &mut report)?;
     }
-    pair_sockets(&mut dataset);
+    pair_sockets(&mut dataset, options.sockets_apart.unwrap_or(SOCKETS_APART), &mut report);
     place_sockets(&mut dataset)?;
     Ok((dataset, report))
 }
@@ -102,17 +116,18 @@ fn sockets_below(path: &Path, depth: usize, take: &mut dyn FnMut(PathBuf)) -> Re
     Ok(())
 }
 
-/// Adds the known distance between the two sockets of each place.
-fn pair_sockets(dataset: &mut Dataset) {
+/// Adds the known distance between neighbouring sockets of each place, and says it.
+fn pair_sockets(dataset: &mut Dataset, apart: f64, report: &mut ImportReport) {
     let place = |b: &Ball| b.id.rsplit_once('/').map(|(place, _)| place.to_owned());
     for k in 1..dataset.balls.len() {
         if place(&dataset.balls[k - 1]) == place(&dataset.balls[k]) {
-            dataset.ball_distances.push(BallDistance {
-                between: [k - 1, k],
-                distance: SOCKETS_APART,
-                sigma: SOCKETS_APART_SIGMA,
-            });
+            dataset.ball_distances.push(BallDistance { between: [k - 1, k], distance: apart, sigma: SOCKETS_APART_SIGMA });
         }
+    }
+    if !dataset.ball_distances.is_empty() {
+        let note =
+            format!("neighbouring sockets of a place are taken to be {:.1} mm apart; --distance MM states another", apart / MM);
+        report.notes.push(note);
     }
 }
 

@@ -18,6 +18,8 @@ pub struct ImportOptions {
     pub map: Option<PathBuf>,
     /// For `mukca`: the robot that was measured (a built-in, or a file), if it is not the Panda.
     pub robot: Option<PathBuf>,
+    /// For `mukca`: distance between neighbouring sockets of a place, m, if it is not 50 mm.
+    pub sockets_apart: Option<f64>,
     /// A dataset that was measured on the same set-up: base, tool and targets are taken from it, not found from the rows.
     pub set_up_of: Option<PathBuf>,
 }

@@ -9,12 +9,19 @@ mod campaign;
 mod data_fit;
 mod expected;
 mod frames;
+mod freed;
+mod orientation_slips;
+mod orientations;
 mod row_blocks;
 mod search;
 mod slip;
+mod slip_words;
+mod stuck;
+mod targets;
+mod ties;
 
 pub use believable::{Abnormal, Unbelievable, abnormal, unbelievable};
-pub use data_fit::{Cause, DataFit, Misfit, NominalFit, SlipTried};
+pub use data_fit::{Cause, DataFit, Measure, Misfit, NominalFit, SlipTried};
 
 use self::campaign::Campaign;
 use self::expected::expected;
@@ -25,6 +32,8 @@ use crate::measure::poses::Postures;
 
 /// Approximate number of rows to which the frames are fitted: they show a slip as clearly as ten thousand would.
 const ROWS: usize = 400;
+/// Approximate number of rows whose orientations are judged.
+const ORIENTED_ROWS: usize = 120;
 /// Smallest number of degrees of freedom with which a misfit can be judged.
 const LEAST_FREEDOM: isize = 9;
 
@@ -74,18 +83,89 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         reach,
         rows: whole.shots.len(),
     };
-    let postures =
-        Postures::of(&[NamedDataset::new(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
-    if fitted.dof < LEAST_FREEDOM || postures < LEAST_POSTURES {
-        return Some(DataFit { nominal, misfit: None });
+    let judged = Judged { dataset, whole: &whole, some: &some, fitted: &fitted, nominal: &nominal };
+    let misfit = judged
+        .rows()
+        .or_else(|| judged.places(which, name))
+        .or_else(|| judged.orientations())
+        .or_else(|| judged.targets())
+        .or_else(|| judged.ball_distances());
+    Some(DataFit { misfit, nominal })
+}
+
+/// What is judged, in the order in which it is judged: what comes first makes what follows meaningless.
+struct Judged<'a> {
+    dataset: &'a Dataset,
+    whole: &'a Campaign,
+    some: &'a Campaign,
+    fitted: &'a frames::Fitted,
+    nominal: &'a NominalFit,
+}
+
+impl Judged<'_> {
+    fn misfit(&self, measure: Measure, [left, most]: [f64; 2], cause: Cause, slips: Vec<SlipTried>) -> Misfit {
+        let within_expected = cause == Cause::Slips && measure == Measure::Places && left <= most;
+        Misfit { nominal: self.nominal.clone(), measure, left, most, cause, slips, within_expected }
     }
-    let search = search::Search { dataset, whole: &whole, some: &some, nominal: &fitted, reach, most };
-    let found = search.run();
-    let misfit = found.map(|(cause, slips)| Misfit {
-        within_expected: cause == Cause::Slips && fitted.robust <= most,
-        nominal: nominal.clone(),
-        cause,
-        slips,
-    });
-    Some(DataFit { nominal, misfit })
+
+    /// Rows that contradict each other by themselves.
+    fn rows(&self) -> Option<Misfit> {
+        let sizes = [self.nominal.plain, self.nominal.expected];
+        if let Some(slip) = stuck::stuck(self.dataset, self.whole, self.nominal.reach) {
+            return Some(self.misfit(Measure::Rows, sizes, Cause::Slips, vec![slip]));
+        }
+        let (a, b, same) = stuck::copied(self.whole)?;
+        let [name_a, name_b] = [a, b].map(|s| self.whole.places[s].name.as_str());
+        let words = format!("{same} rows of {name_b} hold the numbers of {name_a}: it is a copy");
+        let slip = format!("copied:{}:{}", bare(name_a), bare(name_b));
+        Some(self.misfit(Measure::Rows, sizes, Cause::Slips, vec![SlipTried { slip, residual: 0.0, words }]))
+    }
+
+    fn places(&self, which: Use, name: &str) -> Option<Misfit> {
+        let NominalFit { residual, plain, expected: most, reach, .. } = *self.nominal;
+        let taken = Postures::of(&[NamedDataset::new(name, self.dataset)], |s| which.takes(s));
+        let postures = taken.of_samples().iter().max().map_or(0, |p| p + 1);
+        let sizes = [residual.max(plain), most];
+        if self.fitted.dof < LEAST_FREEDOM || postures < LEAST_POSTURES {
+            return (residual > most).then(|| self.misfit(Measure::Places, sizes, Cause::Unknown, Vec::new()));
+        }
+        let (dataset, whole, some, nominal) = (self.dataset, self.whole, self.some, self.fitted);
+        let (cause, slips) = search::Search { dataset, whole, some, nominal, reach, most }.run()?;
+        let sizes = if cause == Cause::Slips { [residual, most] } else { sizes };
+        Some(self.misfit(Measure::Places, sizes, cause, slips))
+    }
+
+    fn orientations(&self) -> Option<Misfit> {
+        let some = self.some.selection(ORIENTED_ROWS);
+        let orientations::Turned { left, most, rows, slips } = orientations::judge(self.dataset, &some, &self.fitted.frames)?;
+        let cause = match rows {
+            0 if slips.is_empty() => Cause::Unknown,
+            0 => Cause::Slips,
+            rows => Cause::Rows(rows),
+        };
+        let tried = slips.into_iter().map(|(slip, residual, words)| SlipTried { slip, residual, words }).collect();
+        Some(self.misfit(Measure::Orientations, [left, most], cause, tried))
+    }
+
+    fn targets(&self) -> Option<Misfit> {
+        let (frames, NominalFit { residual, reach, .. }) = (&self.fitted.frames, self.nominal);
+        let targets::Misplaced { left, most, slips } = targets::judge(self.dataset, self.some, frames, *residual, *reach)?;
+        let cause = if slips.is_empty() { Cause::Unknown } else { Cause::Slips };
+        let tried = slips.into_iter().map(|(slip, residual, words)| SlipTried { slip, residual, words }).collect();
+        Some(self.misfit(Measure::Targets, [left, most], cause, tried))
+    }
+}
+
+impl Judged<'_> {
+    fn ball_distances(&self) -> Option<Misfit> {
+        let (left, most, slips) = ties::judge(self.some, self.nominal.reach)?;
+        let cause = if slips.is_empty() { Cause::Unknown } else { Cause::Slips };
+        let tried = slips.into_iter().map(|(slip, residual, words)| SlipTried { slip, residual, words }).collect();
+        Some(self.misfit(Measure::BallDistances, [left, most], cause, tried))
+    }
+}
+
+/// The name of a target without the word before it.
+fn bare(name: &str) -> &str {
+    name.strip_prefix("target ").unwrap_or(name)
 }

@@ -6,6 +6,8 @@ use super::solids::Solid;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: two copies of one arm may differ by this, in SI.
 const ROUNDING_OF_FILES: f64 = 1e-9;
+/// Mass of all links together below which none is believed, kg.
+const LIGHTEST_ARM: f64 = 0.1;
 
 /// The nominal robot: its model and the facts that no calibration changes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,9 +34,10 @@ impl Robot {
         self.links.len()
     }
 
-    /// True if link masses are known; without them no gravity torque can be computed.
+    /// True if link masses are known; without them no gravity torque can be computed. An arm that weighs grams has only masses
+    /// that stand for something else, such as those of dummy links.
     pub fn has_masses(&self) -> bool {
-        self.links.iter().any(|l| l.mass > 0.0)
+        self.links.iter().map(|l| l.mass).sum::<f64>() >= LIGHTEST_ARM
     }
 
     /// True if `other` is the same arm by its data (joints, geometry, limits, masses), whatever the names.

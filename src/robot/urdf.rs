@@ -10,6 +10,7 @@ mod meshes;
 mod rewrite;
 mod rows;
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use nalgebra::Point3;
@@ -26,7 +27,7 @@ use crate::files::{FileError, read_text};
 /// Limits of a joint without any: one turn either way, rad, or some metres, m.
 fn without_limits(kind: JointKind) -> [f64; 2] {
     let most = match kind {
-        JointKind::Revolute => std::f64::consts::TAU,
+        JointKind::Revolute => TAU,
         JointKind::Prismatic => 10.0,
     };
     [-most, most]
@@ -43,6 +44,40 @@ pub struct UrdfRobot {
     pub base_link: String,
     /// Name of the tool link.
     pub tool_link: String,
+    /// What was not taken as it is written, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Widest limits of a joint: two turns, or a hundred metres; wider ones say that there are none.
+fn widest(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 2.0 * TAU,
+        JointKind::Prismatic => LONGEST_SLIDE,
+    }
+}
+
+/// Longest position of a rail that a robot file takes, m.
+const LONGEST_SLIDE: f64 = 100.0;
+
+/// Limits of a joint cut to what a robot file takes, with a remark if they were cut.
+fn cut(joint: &document::UrdfJoint) -> ([f64; 2], Option<String>) {
+    let stated = joint.limits.filter(|_| joint.kind != document::JointType::Continuous);
+    let kind = joint.kind.moves();
+    let Some([low, high]) = stated else { return (without_limits(kind), None) };
+    let most = widest(kind);
+    if low >= -most && high <= most {
+        return ([low, high], None);
+    }
+    let cut = [low.max(-most), high.min(most)];
+    let limits = if cut[0] < cut[1] { cut } else { without_limits(kind) };
+    let [from, to] = limits.map(|l| crate::units::readable(l, kind.unit().si));
+    let words = format!(
+        "line {}: the limits of joint '{}', {low} to {high}, are cut to {from} to {to} {}",
+        joint.line,
+        joint.name,
+        kind.unit().symbol
+    );
+    (limits, Some(words))
 }
 
 /// Reads the robot of a URDF file. Inertias, geometry and transmissions are not used; a joint without limits has one turn
@@ -59,10 +94,7 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
     let links = chain.actuated().zip(&rows).zip(frames.iter().zip(chain.masses()));
     let link = |((joint, mdh), (frame, (mass, com))): ((&document::UrdfJoint, &_), (&super::Pose, _))| Link {
         mdh: *mdh,
-        limits: joint
-            .limits
-            .filter(|_| joint.kind != document::JointType::Continuous)
-            .unwrap_or_else(|| without_limits(joint.kind.moves())),
+        limits: cut(joint).0,
         mass,
         com: (frame.inverse() * Point3::from(com)).coords,
     };
@@ -80,5 +112,6 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
         flange: FramePose::from_pose(&flange),
     };
     let joint_names = chain.actuated().map(|joint| joint.name.clone()).collect();
-    Ok(UrdfRobot { robot, joint_names, base_link, tool_link })
+    let remarks = chain.actuated().filter_map(|joint| cut(joint).1).collect();
+    Ok(UrdfRobot { robot, joint_names, base_link, tool_link, remarks })
 }

@@ -97,6 +97,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
         noise_stated: true,
         iterations: 5,
         dataset_hashes: Vec::new(),
+        misfit: None,
         fitted_rows: FittedRows::default(),
         absolute_accuracy: None,
         fleet_robots: None,

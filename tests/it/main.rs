@@ -12,6 +12,7 @@ mod a_fleet_helps_the_next_robot;
 mod a_joint_may_count_either_way;
 mod a_kuka_is_driven_or_named;
 mod a_lost_zero_is_named;
+mod a_mistake_is_named_whatever_was_measured;
 mod a_printed_socket_names_the_joint;
 mod a_program_is_rewritten_and_nothing_else;
 mod a_recorded_session_replays;

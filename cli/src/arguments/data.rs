@@ -174,6 +174,9 @@ pub fn forecast(
 /// Reads a calibration; warns on standard error if its fit did not converge.
 pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
     let calibration = read_calibration(path, Registry::catalogue())?;
+    if let Some(misfit) = &calibration.misfit {
+        warn(&format!("warning: {}: was identified by force. {misfit}", path.display()));
+    }
     if let Some(outcome) = calibration.unconverged() {
         warn(&format!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words()));
     }

@@ -37,7 +37,7 @@ impl Gate {
 }
 
 /// Checks, before any identification, that the data fit their robot, based on the rows selected by `which`. A dataset that has
-/// no folder yet has no name. Impossible session times are reported on standard error: they only spoil effects of time.
+/// no folder yet has no name. Impossible session times, and joints beyond their limits, are reported on standard error: they only spoil effects of time.
 ///
 /// # Errors
 /// If the data do not fit, or rows are given twice, unless `force`: exit code 2, and with `json` one document on standard output.
@@ -45,6 +45,10 @@ pub(crate) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json
     for (name, dataset) in datasets {
         let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
         dataset.long_sessions().iter().for_each(|session| warn(&format!("warning: {file}{session}")));
+        // An import says so in its report.
+        if !name.is_empty() {
+            dataset.beyond_limits().iter().for_each(|joint| warn(&format!("warning: {file}{joint}")));
+        }
     }
     if let (Some(copied), false) = (copied_rows(datasets), force) {
         return Err(Box::new(copied));

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(fleet) => identify_with_fleet(&named(&datasets), &model, fleet).map(|(c, judged)| (c, Some(judged))),
         None => identify(&named(&datasets), &model).map(|c| (c, None)),
     };
-    let (calibration, fleet) = match identified {
+    let (mut calibration, fleet) = match identified {
         Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
         other => other.map_err(locate)?,
     };
@@ -69,6 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         false => None,
     };
     drop(waiting);
+    calibration.misfit.clone_from(&gate.misfit);
     tell_fit(&calibration);
     let corrections = unbelievable(&calibration);
     let absurd = unbelievable_sentence(&corrections);

@@ -42,6 +42,9 @@ pub struct Arguments {
     /// For guess: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
+    /// For mukca: distance between neighbouring sockets of a place, mm, if it is not 50
+    #[arg(long, value_name = "MM", value_parser = distance)]
+    distance: Option<f64>,
     /// A dataset measured on the same set-up: base, tool and targets are taken from it, not found from these rows, so that `check` can compare the two
     #[arg(long, value_name = "DATASET")]
     set_up_of: Option<PathBuf>,
@@ -57,6 +60,13 @@ pub struct Arguments {
     /// Print one JSON document instead of text
     #[arg(long)]
     json: bool,
+}
+
+fn distance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mm) if (1.0..=10_000.0).contains(&mm) => Ok(mm),
+        _ => Err("give a length in mm, e.g. 40".into()),
+    }
 }
 
 fn fraction(text: &str) -> Result<f64, String> {
@@ -84,6 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         holdout,
         map: arguments.map.clone(),
         robot: arguments.robot.clone(),
+        sockets_apart: arguments.distance.map(|mm| mm * MM),
         set_up_of: arguments.set_up_of.clone(),
         sets,
     };

@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             if *json {
                 print_json(&document_of(&read, &missing))?;
             } else {
-                missing.iter().try_for_each(|line| print_answer(line))?;
+                missing.iter().chain(&read.remarks).try_for_each(|line| print_answer(line))?;
                 print_answer(converted(&read, output))?;
             }
             Ok(Outcome::Done)
@@ -116,7 +116,7 @@ fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
 
 /// Summary of a robot read from a URDF file.
 fn converted(read: &UrdfRobot, output: &Path) -> Printout {
-    let UrdfRobot { robot, joint_names, base_link, tool_link } = read;
+    let UrdfRobot { robot, joint_names, base_link, tool_link, .. } = read;
     let masses = if robot.has_masses() { "" } else { "\nThe file has no masses: gravity torques cannot be computed from it." };
     let title = format!(
         "{} ({} joints), from link {base_link} to link {tool_link}: {}\n",
@@ -181,6 +181,9 @@ fn document_of(read: &UrdfRobot, missing: &[String]) -> Value {
     entry["tool_link"] = json!(read.tool_link);
     if !missing.is_empty() {
         entry["missing_meshes"] = json!(missing);
+    }
+    if !read.remarks.is_empty() {
+        entry["remarks"] = json!(read.remarks);
     }
     document(vec![entry])
 }

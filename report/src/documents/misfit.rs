@@ -2,7 +2,7 @@
 
 use calibench::diagnosis;
 use calibench::residuals;
-use calibench::units::MM;
+use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,11 @@ format_tag!(MisfitFormat, "calibench-misfit/1");
 pub struct Slip {
     /// Its name, such as `joint_sign:2` or `unit:points`.
     pub slip: String,
-    /// Residual with the slip undone, rms, mm.
+    /// Residual with the slip undone, rms, mm; where orientations do not fit, that of the positions.
     pub residual_mm: f64,
+    /// Residual of the orientations with the slip undone, rms, deg; only where these do not fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_deg: Option<f64>,
     /// The slip in words.
     pub words: String,
 }
@@ -77,10 +80,12 @@ impl Misfit {
     /// The document of a misfit.
     #[must_use]
     pub fn of(misfit: &residuals::misfit::Misfit) -> Self {
-        let residuals::misfit::Misfit { nominal, cause, slips, .. } = misfit;
+        let residuals::misfit::Misfit { nominal, measure, cause, slips, .. } = misfit;
+        let turned = *measure == residuals::misfit::Measure::Orientations;
         let slip = |s: &residuals::misfit::SlipTried| Slip {
             slip: s.slip.clone(),
-            residual_mm: s.residual / MM,
+            residual_mm: if turned { nominal.residual } else { s.residual } / MM,
+            residual_deg: turned.then_some(s.residual / DEG),
             words: s.words.clone(),
         };
         Misfit {

@@ -81,10 +81,11 @@ pub fn read_calibration(path: &Path, registry: &Registry) -> Result<Calibration,
         noise_stated: f.noise_stated,
         iterations: f.iterations,
         joint_ranges,
-        dataset_hashes: file.dataset_sha256.clone(),
+        dataset_hashes: reader.digests()?,
         fitted_rows: reader.fitted_rows()?,
         absolute_accuracy: file.absolute_accuracy,
         fleet_robots: file.fleet_robots,
+        misfit: file.misfit.clone(),
         robot: Arc::new(robot),
     })
 }
@@ -103,6 +104,17 @@ impl Reader<'_> {
     fn check_format(&self) -> Result<(), FileError> {
         let format = &self.file.format;
         if format == FORMAT { Ok(()) } else { Err(self.wrong("format", format!("is '{format}', not '{FORMAT}'"), AGAIN)) }
+    }
+
+    fn digests(&self) -> Result<Vec<String>, FileError> {
+        let is_digest = |text: &String| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        match self.file.dataset_sha256.iter().find(|text| !text.is_empty() && !is_digest(text)) {
+            Some(text) => {
+                let problem = format!("'{text}' is no SHA-256 digest: it has 64 hexadecimal digits");
+                Err(self.wrong("dataset_sha256", problem, AGAIN))
+            }
+            None => Ok(self.file.dataset_sha256.clone()),
+        }
     }
 
     fn fitted_rows(&self) -> Result<FittedRows, FileError> {

@@ -43,6 +43,9 @@ pub(super) struct File {
     /// Number of robots of the fleet whose prior was used; not there without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) fleet_robots: Option<usize>,
+    /// The sentence by which its data were refused, where the fit was forced; not there otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) misfit: Option<String>,
     /// Groups of parameters that the data cannot tell apart.
     pub(super) unresolved: Vec<Vec<String>>,
     /// Goodness of fit.

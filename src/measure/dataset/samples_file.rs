@@ -8,20 +8,17 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::{Column, KINDS, RowKind, SETS};
+use super::joint_limits::impossible;
 use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Orientation, Sample, SampleSet};
 use crate::files::disk::{is_folder, open_file};
 use crate::files::{FileError, Record, Rows, name_remedy};
-use crate::robot::{JointKind, Link, Robot};
+use crate::robot::{JointKind, Robot};
 use crate::units::{DEG, MM, UM, readable};
 
 /// Maximum number of rows: a measurement takes seconds, so this is years of them.
 const MOST_ROWS: usize = 10_000_000;
-/// Largest distance of a reported joint outside its limits, rad: controllers round, and limits are given to the degree.
-const LIMIT_MARGIN: f64 = 1.0 * DEG;
-/// The same of a prismatic joint, m.
-const SLIDE_MARGIN: f64 = 10.0 * MM;
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
 pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
@@ -276,7 +273,7 @@ impl<'a> Row<'a> {
             self.required(Column::joint(robot, k))?;
         }
         let q = self.positions(robot, Column::joint)?.unwrap_or_default();
-        self.within_limits(robot, &q)?;
+        self.possible_joints(robot, &q)?;
         let set = match self.text(Column::Set) {
             None => SampleSet::Fit,
             Some(name) if name == SETS[0] => SampleSet::Fit,
@@ -337,15 +334,8 @@ impl<'a> Row<'a> {
         Ok(plain.map(|plain| plain.into_iter().zip(robot.kinds()).map(si).collect()))
     }
 
-    fn within_limits(&self, robot: &Robot, q: &[f64]) -> Result<(), FileError> {
-        let inside = |(link, q): (&Link, &f64)| {
-            let margin = match link.mdh.kind {
-                JointKind::Revolute => LIMIT_MARGIN,
-                JointKind::Prismatic => SLIDE_MARGIN,
-            };
-            (link.limits[0] - margin..=link.limits[1] + margin).contains(q)
-        };
-        let Some(k) = robot.links.iter().zip(q).position(|joint| !inside(joint)) else { return Ok(()) };
+    fn possible_joints(&self, robot: &Robot, q: &[f64]) -> Result<(), FileError> {
+        let Some(k) = impossible(robot, q) else { return Ok(()) };
         let unit = robot.kind(k).unit();
         let [low, high] = robot.links[k].limits.map(|l| readable(l, unit.si));
         let problem = format!("{} {} is outside the joint's limits {low} to {high}", readable(q[k], unit.si), unit.symbol);

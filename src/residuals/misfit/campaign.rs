@@ -2,21 +2,28 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use crate::identify::problem::Use;
 use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use crate::robot::{FramePose, Robot};
 
-/// Measurement of one row; balls are numbered over all datasets.
+/// Measured place of one row; balls are numbered over all datasets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Seen {
     /// A ball, and its centre relative to the TCP in the tool's axes, m.
     Ball { ball: usize, reading: Vector3<f64> },
     /// A position in the world, m.
     Point(Vector3<f64>),
-    /// A distance from a fixed point, m.
-    Distance { anchor: Vector3<f64>, distance: f64 },
+    /// A distance from an anchor, m; anchors are numbered over all datasets.
+    Distance { anchor: usize, distance: f64 },
+}
+
+/// What was measured at one row: the place, and the orientation where there is one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reading {
+    pub seen: Seen,
+    pub turned: Option<Rotation3<f64>>,
 }
 
 /// One row.
@@ -26,8 +33,10 @@ pub(super) struct Shot {
     pub q: Vec<f64>,
     pub commanded: Option<Vec<f64>>,
     pub seen: Seen,
+    /// Rotation from the tool's to the world's axes, if measured.
+    pub turned: Option<Rotation3<f64>>,
     /// Measurements of the rows before and after it in the same set-up.
-    pub neighbours: [Option<Seen>; 2],
+    pub neighbours: [Option<Reading>; 2],
     /// Indices of dataset and sample.
     pub source: [usize; 2],
 }
@@ -35,15 +44,19 @@ pub(super) struct Shot {
 /// Base and tool of a session, as stated.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
+    /// Its name in sentences: that of the target or of the session.
+    pub name: String,
     pub base: FramePose,
     pub tool: FramePose,
     pub tool_free: bool,
+    /// Point of the tool that is measured, by index; `None` for the TCP.
+    pub tool_target: Option<usize>,
     /// True if the base can be fitted: the session measures a known position, or a free ball of an earlier session.
     pub base_free: bool,
     pub gravity: Vector3<f64>,
 }
 
-/// A ball of an artifact.
+/// A ball of an artifact, or an anchor of distances.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
     pub id: String,
@@ -64,10 +77,13 @@ pub(super) struct Campaign {
     pub robot: Arc<Robot>,
     pub places: Vec<Place>,
     pub balls: Vec<Target>,
+    pub anchors: Vec<Target>,
     pub ties: Vec<Tie>,
     pub shots: Vec<Shot>,
     /// Three times the largest stated one-sigma, but at least `UNSTATED_NOISE`, m.
     pub noise: f64,
+    /// Rms in space of the stated noise over the rows, m; zero where none is stated.
+    pub stated_noise: f64,
 }
 
 /// Smallest noise assumed, also if none is stated, m.
@@ -85,9 +101,11 @@ impl Campaign {
             robot: first.robot.clone(),
             places: Vec::new(),
             balls: Vec::new(),
+            anchors: Vec::new(),
             ties: Vec::new(),
             shots: Vec::new(),
             noise: UNSTATED_NOISE,
+            stated_noise: 0.0,
         };
         for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             campaign.add(d, dataset, which);
@@ -98,6 +116,9 @@ impl Campaign {
 
     fn add(&mut self, d: usize, dataset: &Dataset, which: Use) {
         let (first_ball, first_place) = (self.balls.len(), self.places.len());
+        let first = [first_ball, self.anchors.len()];
+        let anchor = |a: &crate::measure::dataset::Anchor| Target { id: a.id.clone(), position: a.position, free: false };
+        self.anchors.extend(dataset.anchors.iter().map(anchor));
         let target = |b: &crate::measure::dataset::Ball| Target { id: b.id.clone(), position: b.position, free: b.free };
         self.balls.extend(dataset.balls.iter().map(target));
         let tie = |t: &crate::measure::dataset::BallDistance| Tie {
@@ -107,6 +128,7 @@ impl Campaign {
         // Each measured point of the tool is judged by itself: what is wrong may be wrong in its columns alone.
         let mut sessions: Vec<(Option<&str>, Option<usize>)> = Vec::new();
         let mut last: Vec<Option<usize>> = Vec::new();
+        let (mut squares, mut stated) = (0.0, 0.0);
         for (k, sample) in dataset.samples.iter().enumerate().filter(|(_, s)| which.takes(s)) {
             let session = (sample.session.as_deref(), sample.tool_target);
             let place = sessions.iter().position(|s| *s == session).unwrap_or_else(|| {
@@ -114,27 +136,41 @@ impl Campaign {
                 last.push(None);
                 sessions.len() - 1
             });
-            let seen = seen(dataset, first_ball, sample);
+            let seen = seen(first, sample);
+            let turned = sample.orientation.map(|o| o.world_from_tool());
             let shot = self.shots.len();
             let before = last[place].replace(shot);
             if let Some(before) = before {
-                self.shots[before].neighbours[1] = Some(seen);
+                self.shots[before].neighbours[1] = Some(Reading { seen, turned });
             }
-            let neighbours = [before.map(|b| self.shots[b].seen), None];
+            let neighbours = [before.map(|b| Reading { seen: self.shots[b].seen, turned: self.shots[b].turned }), None];
             let (q, commanded) = (sample.q.clone(), sample.q_commanded.clone());
-            self.shots.push(Shot { setup: first_place + place, q, commanded, seen, neighbours, source: [d, k] });
+            let setup = first_place + place;
+            self.shots.push(Shot { setup, q, commanded, seen, turned, neighbours, source: [d, k] });
             if let Some(sigma) = sample.sigma.or(stated_noise(dataset, sample)) {
                 self.noise = self.noise.max(3.0 * sigma);
+                let axes = if matches!(seen, Seen::Distance { .. }) { 1.0 } else { 3.0 };
+                squares += axes * sigma * sigma;
+                stated += 1.0;
             }
         }
         // A free ball that none of these rows probe has no place to measure from.
         let is_placed = |&b: &usize| !self.balls[b].free || self.probes(b);
         let ties: Vec<Tie> = dataset.ball_distances.iter().map(tie).filter(|t| t.between.iter().all(is_placed)).collect();
         self.ties.extend(ties);
-        self.places.extend(sessions.iter().map(|(_, tool_target)| Place {
+        if stated > 0.0 {
+            self.stated_noise = (squares / stated).sqrt();
+        }
+        self.places.extend(sessions.iter().map(|(session, tool_target)| Place {
+            name:
+                tool_target.map_or_else(
+                    || session.unwrap_or("the TCP").to_owned(),
+                    |t| format!("target {}", dataset.tool_targets[t].id),
+                ),
             base: dataset.base,
             tool: dataset.tool_at(*tool_target),
             tool_free: dataset.tool_free || tool_target.is_some_and(|r| dataset.tool_targets[r].free),
+            tool_target: *tool_target,
             base_free: true,
             gravity: dataset.gravity,
         }));
@@ -183,9 +219,11 @@ impl Campaign {
             robot: self.robot.clone(),
             places: self.places.clone(),
             balls: self.balls.clone(),
+            anchors: self.anchors.clone(),
             ties: self.ties.clone(),
             shots: self.shots.iter().filter(takes).cloned().collect(),
             noise: self.noise,
+            stated_noise: self.stated_noise,
         }
     }
 
@@ -197,19 +235,28 @@ impl Campaign {
         })
     }
 
+    /// True if any row measured a position.
+    pub fn has_points(&self) -> bool {
+        self.shots.iter().any(|shot| matches!(shot.seen, Seen::Point(_)))
+    }
+
+    /// True if any row measured a distance from this anchor.
+    pub fn sights(&self, anchor: usize) -> bool {
+        self.shots.iter().any(|shot| matches!(shot.seen, Seen::Distance { anchor: a, .. } if a == anchor))
+    }
+
     /// True if any row probes this ball.
     pub fn probes(&self, ball: usize) -> bool {
         self.shots.iter().any(|shot| matches!(shot.seen, Seen::Ball { ball: b, .. } if b == ball))
     }
 }
 
-fn seen(dataset: &Dataset, first_ball: usize, sample: &Sample) -> Seen {
+/// Measured place, with the numbers of the first ball and of the first anchor of its dataset.
+fn seen([first_ball, first_anchor]: [usize; 2], sample: &Sample) -> Seen {
     match &sample.measured {
         Measured::Ball { ball, reading } => Seen::Ball { ball: first_ball + ball, reading: reading.unwrap_or_default() },
         Measured::Point(point) => Seen::Point(*point),
-        Measured::Distance { anchor, distance } => {
-            Seen::Distance { anchor: dataset.anchors[*anchor].position, distance: *distance }
-        }
+        Measured::Distance { anchor, distance } => Seen::Distance { anchor: first_anchor + anchor, distance: *distance },
     }
 }
 

@@ -18,11 +18,11 @@ pub struct NominalFit {
 }
 
 /// A slip, and the residual of the nominal arm once it is corrected.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SlipTried {
     /// Name: `joint_sign:2`, `ball:4`, `sample:17`; for two together, `joint_sign:2+joint_zero:2`.
     pub slip: String,
-    /// Residual with the slip corrected, 3-D rms, m.
+    /// Residual with the slip corrected, rms, in the unit of the [`Measure`] that does not fit.
     pub residual: f64,
     /// Description of the correction.
     pub words: String,
@@ -55,11 +55,32 @@ impl Cause {
     }
 }
 
+/// What does not fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Positions, distances or balls; residuals in m.
+    Places,
+    /// Orientations; residuals in rad.
+    Orientations,
+    /// The places of several targets on the tool; residuals in m.
+    Targets,
+    /// Stated distances between balls; residuals in m.
+    BallDistances,
+    /// Rows that contradict each other by themselves; the residual of a slip is the distance of such rows, m.
+    Rows,
+}
+
 /// Data that do not fit, with the cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
     /// The nominal fit.
     pub nominal: NominalFit,
+    /// What does not fit.
+    pub measure: Measure,
+    /// Residual of the nominal arm in all rows, rms, m, or rad of orientations.
+    pub left: f64,
+    /// Largest residual expected, m, or rad of orientations.
+    pub most: f64,
     /// The cause.
     pub cause: Cause,
     /// Slips found, bad rows, or the best trials.

@@ -168,7 +168,7 @@ fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64
         if let super::campaign::Seen::Distance { anchor, .. } = campaign.shots[k].seen {
             let held = frames.bases[campaign.shots[k].setup] * flanges[k];
             let tcp = held.transform_point(&frames.tools[campaign.shots[k].setup].into()).coords;
-            let along = (tcp - anchor).normalize().transpose() * columns.fixed_rows::<3>(3 * k);
+            let along = (tcp - frames.anchors[anchor]).normalize().transpose() * columns.fixed_rows::<3>(3 * k);
             columns.fixed_rows_mut::<3>(3 * k).fill(0.0);
             columns.row_mut(3 * k).copy_from(&along);
         }

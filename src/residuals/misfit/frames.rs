@@ -12,7 +12,7 @@ use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, Robot, rigid_fit};
 
 /// Degrees of freedom of the t distribution.
-const NU: f64 = 4.0;
+pub(super) const NU: f64 = 4.0;
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN_OF_SQUARES: f64 = 2.366;
 /// A row is excluded if its residual exceeds this many standard deviations per axis.
@@ -28,12 +28,13 @@ const AT_REST: f64 = 1e-8;
 /// Share of the rows kept for a trimmed start.
 const TRIMMED: f64 = 0.7;
 
-/// Poses of the bases, positions of tools and balls.
+/// Poses of the bases, positions of tools, balls and anchors.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     pub bases: Vec<Pose>,
     pub tools: Vec<Vector3<f64>>,
     pub balls: Vec<Vector3<f64>>,
+    pub anchors: Vec<Vector3<f64>>,
 }
 
 /// Fitted frames and their residuals.
@@ -57,6 +58,7 @@ struct Unknowns {
     base: Vec<Option<usize>>,
     tool: Vec<Option<usize>>,
     ball: Vec<Option<usize>>,
+    anchor: Vec<Option<usize>>,
     count: usize,
 }
 
@@ -72,7 +74,8 @@ impl Unknowns {
         let base = campaign.places.iter().map(|p| take(p.base_free, 6)).collect();
         let tool = campaign.places.iter().map(|p| take(p.tool_free, 3)).collect();
         let ball = (0..campaign.balls.len()).map(|b| take(campaign.balls[b].free && campaign.probes(b), 3)).collect();
-        Unknowns { base, tool, ball, count }
+        let anchor = campaign.anchors.iter().map(|a| take(a.free, 3)).collect();
+        Unknowns { base, tool, ball, anchor, count }
     }
 }
 
@@ -187,12 +190,13 @@ impl<'a> FrameFit<'a> {
             bases.push(base);
         }
         let balls = placed.iter().zip(&campaign.balls).map(|(at, b)| at.unwrap_or(b.position)).collect();
-        Frames { bases, tools, balls }
+        let anchors = campaign.anchors.iter().map(|a| a.position).collect();
+        Frames { bases, tools, balls, anchors }
     }
 
     /// Derivatives and residual of a row, or, with an index beyond the rows, of a known distance between balls.
     pub fn row(&self, k: usize, frames: &Frames) -> RowBlocks {
-        let Unknowns { base, tool, ball, .. } = &self.unknowns;
+        let Unknowns { base, tool, ball, anchor, .. } = &self.unknowns;
         let Some(shot) = self.campaign.shots.get(k) else {
             let tie = &self.campaign.ties[k - self.campaign.shots.len()];
             let [a, b] = tie.between;
@@ -210,7 +214,7 @@ impl<'a> FrameFit<'a> {
         let target = match shot.seen {
             Seen::Ball { ball, .. } => frames.balls[ball],
             Seen::Point(point) => point,
-            Seen::Distance { anchor, .. } => anchor,
+            Seen::Distance { anchor: a, .. } => frames.anchors[a],
         };
         let mut row = RowBlocks::new(target - tcp);
         if let Some(place) = base[s] {
@@ -221,8 +225,9 @@ impl<'a> FrameFit<'a> {
         match shot.seen {
             Seen::Ball { ball: b, .. } => ball[b].into_iter().for_each(|place| row.add(place, -Matrix3::identity())),
             Seen::Point(_) => {}
-            Seen::Distance { anchor, distance } => {
-                let sight = tcp - anchor;
+            Seen::Distance { anchor: a, distance } => {
+                anchor[a].into_iter().for_each(|place| row.add(place, -Matrix3::identity()));
+                let sight = tcp - target;
                 row.along(&sight.normalize(), distance - sight.norm());
             }
         }
@@ -315,8 +320,9 @@ impl<'a> FrameFit<'a> {
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 
-    fn moved(&self, frames: &Frames, step: &DVector<f64>) -> Frames {
-        let Unknowns { base, tool, ball, .. } = &self.unknowns;
+    /// Frames after a step of the unknowns; what follows those in the step is left out.
+    pub fn moved(&self, frames: &Frames, step: &DVector<f64>) -> Frames {
+        let Unknowns { base, tool, ball, anchor, .. } = &self.unknowns;
         let mut moved = frames.clone();
         for (pose, place) in moved.bases.iter_mut().zip(base) {
             if let Some(at) = *place {
@@ -325,7 +331,8 @@ impl<'a> FrameFit<'a> {
                 *pose = Pose::from_parts(Translation3::from(pose.translation.vector + shift), turn * pose.rotation);
             }
         }
-        for (xyz, place) in moved.tools.iter_mut().zip(tool).chain(moved.balls.iter_mut().zip(ball)) {
+        let points = moved.tools.iter_mut().zip(tool).chain(moved.balls.iter_mut().zip(ball));
+        for (xyz, place) in points.chain(moved.anchors.iter_mut().zip(anchor)) {
             if let Some(at) = *place {
                 *xyz += Vector3::new(step[at], step[at + 1], step[at + 2]);
             }
@@ -335,7 +342,7 @@ impl<'a> FrameFit<'a> {
 }
 
 /// Variance per axis, estimated from the median, m².
-fn scale(misses: &[f64]) -> f64 {
+pub(super) fn scale(misses: &[f64]) -> f64 {
     let mut squares: Vec<f64> = misses.iter().map(|d| d * d).collect();
     if squares.is_empty() {
         return FINEST * FINEST;

@@ -7,9 +7,11 @@ use super::campaign::{Campaign, Seen};
 use super::data_fit::{Cause, SlipTried};
 use super::expected::expected;
 use super::frames::{Fitted, Frames, fit, flanges, misses};
-use super::slip::{LENGTHS, Slip, scaled};
+use super::freed::{Family, all_joints};
+use super::slip::{LENGTHS, Slip};
+use super::slip_words::scaled;
 use crate::measure::dataset::Dataset;
-use crate::robot::{JointKind, Pose};
+use crate::robot::Pose;
 use crate::units::DEG;
 
 /// Number of rows on which single slips are screened.
@@ -28,16 +30,26 @@ const EXPLAINS: f64 = 1.0 / 2.0;
 const BETTER: f64 = 1.0 / 3.0;
 /// With fewer degrees of freedom per unknown, no slip is accepted for such data: chance may leave as little.
 const FREEDOM_PER_UNKNOWN: isize = 2;
-/// Two slips are preferred to one if they leave less than this share of its residual.
-const PAIR_IS_BETTER: f64 = 1.0 / 5.0;
+/// The same for a slip whose size is fitted, or that adds unknowns: these can only reduce the residual.
+const BETTER_FREED: f64 = 1.0 / 5.0;
+/// And its degrees of freedom per unknown.
+const FREEDOM_PER_FREED: isize = 4;
+/// Multiple of the stated noise up to which a residual is noise.
+const NOISE_LEFT: f64 = 1.3;
+/// Multiple of that from which it is none.
+const ABOVE_NOISE: f64 = 1.5;
+/// More slips together are preferred to fewer if they leave less than this share of their residual.
+const MORE_IS_BETTER: f64 = 1.0 / 5.0;
+/// Trials that leave more than this share of the residual explain nothing and are not told.
+const TOLD_BELOW: f64 = 0.8;
+/// Residuals that differ by less than this share are the same.
+const SAME: f64 = 0.005;
 /// Slips with residuals up to this multiple of the smallest cannot be distinguished.
 const ALIKE: f64 = 1.25;
 /// Penalty factor on the residual of a slip with additional unknowns.
 const FREEDOM: f64 = 1.5;
 /// Largest share of gross rows that a slip may leave and still explain the others.
 const FEW_GROSS: f64 = 0.05;
-/// Largest share of gross rows that are reported as single bad rows.
-const MOST_GROSS: f64 = 0.2;
 /// Distance, m, within which a fitted base is taken to be at the stated place.
 const STATED: f64 = 0.05;
 /// Rotation from the stated orientation, rad, that such a base should not reach.
@@ -48,9 +60,6 @@ const PUT_RIGHT: f64 = 2.0 * DEG;
 const TOLD: usize = 3;
 /// Number of gross rows named individually, at most.
 const NAMED: usize = 20;
-
-/// Largest offset tried for a joint mastered wrongly, tenths of a degree.
-const FURTHEST: i32 = 300;
 
 /// Input of the search.
 pub(super) struct Search<'a> {
@@ -85,13 +94,10 @@ impl Search<'_> {
         let by_all = !too_large;
         let mut tried = try_all(&screen, &singles, by_all);
         if !too_large && gross.is_empty() {
-            // Excluded are slips with additional unknowns, since they can only reduce the residual, and those that
-            // improve a few rows only.
-            let mends = |t: &Trial, of: &Fitted| t.score <= BETTER * of.plain && t.fitted.robust <= BETTER * of.robust;
-            tried.retain(|t| !t.slips[0].adds_freedom() && mends(t, &before));
-            let enough = self.nominal.dof >= FREEDOM_PER_UNKNOWN * self.nominal.unknowns as isize;
-            tried.truncate(if enough { tried.len() } else { 0 });
-            let found = self.confirmed(tried, true, |t, _| mends(t, self.nominal));
+            let fitted =
+                Family::of_the_measurement(&screen).into_par_iter().map(|f| vec![f.fitted(&screen)]).collect::<Vec<_>>();
+            tried.extend(try_all(&screen, &fitted, true));
+            let found = self.of_data_that_fit(tried, &before);
             if found.is_empty() {
                 return self.base_misplaced();
             }
@@ -99,37 +105,68 @@ impl Search<'_> {
         }
         let singles_left = |t: &Trial, limit: f64| self.explains(t, limit, &gross);
         let mut found = self.confirmed(tried, by_all, singles_left);
-        let best = found.first().map(|t| t.fitted.robust);
         let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
-        if too_large && !found.first().is_some_and(is_ordinary) {
-            let all = Slip::all(self.some);
-            let pairs: Vec<Vec<Slip>> = (0..all.len())
-                .flat_map(|i| (0..all.len()).map(move |k| (i, k)))
-                .filter(|&(i, k)| all[i].goes_with(&all[k]) && (i < k || !all[k].goes_with(&all[i])))
-                .map(|(i, k)| vec![all[i].clone(), all[k].clone()])
-                .collect();
-            let few = self.some.selection(PAIRS_SCREENED);
-            let pairs = self.confirmed(try_all(&few, &pairs, false), false, singles_left);
-            if let Some(pair) = pairs.first()
-                && best.is_none_or(|b| pair.fitted.robust < PAIR_IS_BETTER * b)
-            {
-                found = pairs;
+        let few = self.some.selection(PAIRS_SCREENED);
+        // What needs more to be wrong at once is tried only while less does not explain the data well.
+        let stages: [&dyn Fn() -> Vec<Trial>; 3] = [
+            &|| {
+                let all: Vec<_> = Family::all(&screen).into_par_iter().map(|f| vec![f.fitted(&few)]).collect();
+                try_all(&screen, &all, false)
+            },
+            &|| try_all(&few, &self.pairs(), false),
+            &|| {
+                let all: Vec<_> = all_joints(&few).into_iter().map(|s| vec![s]).collect();
+                try_all(&screen, &all, false)
+            },
+        ];
+        for stage in stages {
+            if !too_large || found.first().is_some_and(is_ordinary) {
+                break;
             }
-        }
-        if found.is_empty() && too_large {
-            found = self.confirmed(try_all(&screen, &odd_zeros(&screen), false), false, singles_left);
+            let more = self.confirmed(stage(), false, singles_left);
+            let best = found.first().map(|t| t.fitted.robust);
+            if more.first().is_some_and(|m| best.is_none_or(|b| m.fitted.robust < MORE_IS_BETTER * b)) {
+                found = more;
+            }
         }
         if !found.is_empty() {
             return Some((Cause::Slips, self.tried(found)));
         }
-        let few = gross.len() as f64 <= MOST_GROSS * self.whole.shots.len() as f64;
-        if !too_large && few {
+        if !too_large {
             return Some((Cause::Rows(gross.len()), self.rows(&gross)));
         }
         let mut tried = try_all(&screen, &singles, false);
+        tried.retain(|t| t.score <= TOLD_BELOW * before.robust);
         tried.sort_by(|a, b| a.score.total_cmp(&b.score));
+        told_apart(&mut tried);
         tried.truncate(TOLD);
         Some((Cause::Unknown, self.tried(tried)))
+    }
+
+    /// All pairs of slips that plausibly occur together.
+    fn pairs(&self) -> Vec<Vec<Slip>> {
+        let all = Slip::all(self.some);
+        (0..all.len())
+            .flat_map(|i| (0..all.len()).map(move |k| (i, k)))
+            .filter(|&(i, k)| all[i].goes_with(&all[k]) && (i < k || !all[k].goes_with(&all[i])))
+            .map(|(i, k)| vec![all[i].clone(), all[k].clone()])
+            .collect()
+    }
+
+    /// Slips of the measurement in data whose residual is no larger than expected: those that leave far less, in most rows, or
+    /// nothing but the stated noise. One with unknowns of its own needs rows enough to tell.
+    fn of_data_that_fit(&self, mut tried: Vec<Trial>, before: &Fitted) -> Vec<Trial> {
+        let noise = NOISE_LEFT * self.whole.stated_noise;
+        let enough = |of: &Fitted, by: isize| of.dof >= by * of.unknowns as isize;
+        let mends = |t: &Trial, of: &Fitted| {
+            let frees = t.slips[0].adds_freedom() || t.slips[0].fitted() > 0;
+            let better = if frees { BETTER_FREED } else { BETTER };
+            let far_less = t.score <= better * of.plain && t.fitted.robust <= better * of.robust;
+            let only_noise = t.fitted.robust <= noise && of.robust >= ABOVE_NOISE * noise.max(t.fitted.robust);
+            (far_less || only_noise) && enough(&t.fitted, if frees { FREEDOM_PER_FREED } else { FREEDOM_PER_UNKNOWN })
+        };
+        tried.retain(|t| t.slips[0].is_of_the_measurement() && mends(t, before));
+        self.confirmed(tried, true, |t, _| mends(t, self.nominal))
     }
 
     /// Indices of rows, and of known distances between balls, with residuals far beyond anything expected, and the
@@ -199,6 +236,10 @@ impl Search<'_> {
         let best = again.first().map_or(0.0, |t| t.score);
         again.retain(|t| t.score <= ALIKE * best);
         again.sort_by(|a, b| self.turned(&a.fitted.frames).total_cmp(&self.turned(&b.fitted.frames)));
+        // Which axis of a left-handed frame is the wrong one, only a base that stands as stated can tell.
+        let stated = again.first().is_some_and(|t| self.turned(&t.fitted.frames) <= PUT_RIGHT);
+        again.sort_by_key(|t| (!stated && t.slips != [Slip::LeftHanded], t.slips.iter().map(Slip::fitted).sum::<usize>()));
+        told_apart(&mut again);
         again
     }
 
@@ -241,6 +282,16 @@ impl Search<'_> {
     }
 }
 
+/// Of trials that leave the same residual, keeps the first.
+fn told_apart(tried: &mut Vec<Trial>) {
+    let mut seen: Vec<f64> = Vec::new();
+    tried.retain(|t| {
+        let new = seen.iter().all(|s| (s - t.fitted.robust).abs() > SAME * s.max(t.fitted.robust));
+        seen.push(t.fitted.robust);
+        new
+    });
+}
+
 fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
     slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
 }
@@ -248,37 +299,27 @@ fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
 /// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not excluded. Omits slips
 /// that leave less than half of the rows.
 fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
-    let own = signal(campaign);
+    let (own, places) = (signal(campaign), spread(campaign));
     let one = |slips: &Vec<Slip>| {
         let changed = undone(campaign, slips);
         if changed.shots.len() < campaign.shots.len() / 2 {
             return None;
         }
         let fitted = fit(&changed);
-        // An arm that hardly moves leaves a small residual, so residuals are compared relative to the motion.
-        let scale = if slips.iter().any(Slip::rescales_motion) { own / signal(&changed).max(f64::MIN_POSITIVE) } else { 1.0 };
-        let freedom = if slips.iter().any(Slip::adds_freedom) { FREEDOM } else { 1.0 };
-        let score = if by_all { fitted.plain } else { fitted.robust } * scale * freedom;
+        // An arm that hardly moves leaves a small residual, and so do places that hardly differ: residuals are compared
+        // relative to both.
+        let mut scale = 1.0;
+        if slips.iter().any(Slip::rescales_motion) {
+            scale *= own / signal(&changed).max(f64::MIN_POSITIVE);
+        }
+        if slips.iter().any(Slip::rescales_places) {
+            scale *= places / spread(&changed).max(f64::MIN_POSITIVE);
+        }
+        let freed = slips.iter().any(Slip::adds_freedom) || slips.iter().any(|s| s.fitted() > 0);
+        let score = if by_all { fitted.plain } else { fitted.robust } * scale * if freed { FREEDOM } else { 1.0 };
         Some(Trial { slips: slips.clone(), fitted, score })
     };
     all.par_iter().filter_map(one).collect()
-}
-
-/// Offset of each joint with the smallest residual, to a tenth of a degree, for a joint mastered wrongly.
-fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
-    let left = |j: usize, tenths: i32| {
-        let zero = f64::from(tenths) * 0.1 * DEG;
-        (fit(&Slip::JointZero(j, zero).undone(campaign)).robust, tenths)
-    };
-    let best = |j: usize, all: Vec<i32>| all.into_iter().map(|t| left(j, t)).min_by(|a, b| a.0.total_cmp(&b.0));
-    let zero = |j: usize| {
-        let (_, coarse) = best(j, (-FURTHEST..=FURTHEST).step_by(20).collect())?;
-        let (_, near) = best(j, (coarse - 20..=coarse + 20).step_by(4).collect())?;
-        let (_, at) = best(j, (near - 4..=near + 4).collect())?;
-        Some(vec![Slip::JointZero(j, f64::from(at) * 0.1 * DEG)])
-    };
-    let turning: Vec<usize> = (0..campaign.robot.joints()).filter(|&j| campaign.robot.kind(j) == JointKind::Revolute).collect();
-    turning.into_par_iter().filter_map(zero).collect()
 }
 
 /// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other
@@ -293,9 +334,27 @@ fn signal(campaign: &Campaign) -> f64 {
         };
         groups.entry((shot.setup, ball)).or_insert_with(Vec::new).push(flange.translation.vector);
     }
-    let squares = |all: &Vec<nalgebra::Vector3<f64>>| {
-        let mean = all.iter().sum::<nalgebra::Vector3<f64>>() / all.len() as f64;
+    rms_about_means(groups.values(), campaign.shots.len())
+}
+
+fn rms_about_means<'a>(groups: impl Iterator<Item = &'a Vec<Vector3<f64>>>, count: usize) -> f64 {
+    let squares = |all: &Vec<Vector3<f64>>| {
+        let mean = all.iter().sum::<Vector3<f64>>() / all.len() as f64;
         all.iter().map(|p| (p - mean).norm_squared()).sum::<f64>()
     };
-    (groups.values().map(squares).sum::<f64>() / campaign.shots.len().max(1) as f64).sqrt()
+    (groups.map(squares).sum::<f64>() / count.max(1) as f64).sqrt()
+}
+
+/// Spread of what was measured: rms of positions, of distances from each anchor and of known balls about their means, m.
+fn spread(campaign: &Campaign) -> f64 {
+    let mut groups = std::collections::BTreeMap::new();
+    for shot in &campaign.shots {
+        let (group, at) = match shot.seen {
+            Seen::Point(point) => ((0, shot.setup), point),
+            Seen::Ball { ball, .. } => ((1, 0), campaign.balls[ball].position),
+            Seen::Distance { anchor, distance } => ((2, anchor), Vector3::new(distance, 0.0, 0.0)),
+        };
+        groups.entry(group).or_insert_with(Vec::new).push(at);
+    }
+    rms_about_means(groups.values(), campaign.shots.len())
 }

@@ -3,10 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
-use super::campaign::{Campaign, Seen, Shot};
-use crate::robot::{BUILT_IN, JointKind, built_in};
+use super::campaign::{Campaign, Reading, Seen, Shot};
+use crate::robot::{BUILT_IN, JointKind, Robot, built_in};
 use crate::units::DEG;
 
 /// One slip. Joints, axes and balls are counted from 0; numbers are those of the correction.
@@ -44,9 +44,43 @@ pub(super) enum Slip {
     Robot(&'static str),
     /// Wrong reported joint angles; the commanded ones are correct.
     Commanded,
+    /// A joint that counts with another step and zero: factor, and offset, rad or m.
+    JointScale(usize, [f64; 2]),
+    /// Factor and offset of every joint.
+    JointScales(Vec<[f64; 2]>),
+    /// A joint that the controller counts together with another: this multiple of the second is added to the first.
+    Coupled(usize, usize, f64),
+    /// Another length of a link, along the x axis before it or along its own z axis; addition, m.
+    Length(usize, Along, f64),
+    /// The rows of the robot's table are those of the other Denavit-Hartenberg convention: standard (1) or modified (-1).
+    Convention(i8),
+    /// Positions in a left-handed frame; z is counted the other way.
+    LeftHanded,
+    /// Scale of all measured positions.
+    PointScale(f64),
+    /// Scale of all measured distances.
+    DistanceScale(f64),
+    /// Constant of all measured distances, m.
+    DistanceConstant(f64),
+    /// Distances written squared, in units of this length, m.
+    DistanceSquared(f64),
+    /// Two anchors interchanged.
+    AnchorsSwapped(usize, usize),
+    /// An anchor at a position other than the stated one.
+    Anchor(usize),
+    /// A slip in the measured positions of one set-up only.
+    Only(usize, Box<Slip>),
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+/// Direction of a length of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Along {
+    /// Along the x axis of the frame before.
+    X,
+    /// Along its own z axis.
+    Z,
+}
+
 /// Factors between units of length that are confused, in both directions: metres and millimetres, inches and
 /// millimetres.
 pub(super) const LENGTHS: [f64; 4] = [1000.0, 1e-3, 25.4, 1.0 / 25.4];
@@ -75,6 +109,7 @@ impl Slip {
         if campaign.has_known_places() {
             all.extend([(0, 1), (0, 2), (1, 2)].map(|(a, b)| Slip::AxesSwapped(a, b)));
             all.extend([2, 1, 0].map(Slip::AxisSign));
+            all.push(Slip::LeftHanded);
         }
         let known: Vec<usize> = (0..campaign.balls.len()).filter(|&b| !campaign.balls[b].free && campaign.probes(b)).collect();
         for (i, &b) in known.iter().enumerate() {
@@ -90,6 +125,34 @@ impl Slip {
         }
         if campaign.shots.iter().all(|s| s.commanded.is_some()) {
             all.push(Slip::Commanded);
+        }
+        all.extend(
+            (0..n)
+                .flat_map(|j| (0..n).map(move |k| (j, k)))
+                .filter(|&(j, k)| j != k && turns(&j) && turns(&k))
+                .flat_map(|(j, k)| [1.0, -1.0].map(|by| Slip::Coupled(j, k, by))),
+        );
+        all.extend([1, -1].map(Slip::Convention));
+        let measured: Vec<usize> = (0..campaign.anchors.len()).filter(|&a| campaign.sights(a)).collect();
+        if !measured.is_empty() {
+            all.extend(LENGTHS.into_iter().chain([2.0, 0.5]).map(Slip::DistanceScale));
+            all.extend([1.0, 1e-3].map(Slip::DistanceSquared));
+        }
+        for (i, &a) in measured.iter().enumerate() {
+            all.extend(measured[i + 1..].iter().map(|&b| Slip::AnchorsSwapped(a, b)));
+        }
+        if measured.len() > 3 {
+            all.extend(measured.iter().map(|&a| Slip::Anchor(a)));
+        }
+        if campaign.places.len() > 1 && campaign.has_points() {
+            let one = |s| {
+                let each = [Slip::LeftHanded, Slip::AxesSwapped(0, 1), Slip::AxesSwapped(0, 2), Slip::AxesSwapped(1, 2)];
+                each.into_iter()
+                    .chain(LENGTHS.map(Slip::PointUnit))
+                    .chain([0, 1].map(Slip::RowsShifted))
+                    .map(move |slip| Slip::Only(s, Box::new(slip)))
+            };
+            all.extend((0..campaign.places.len()).flat_map(one));
         }
         if known.len() > 2 {
             all.extend(known.iter().map(|&b| Slip::Ball(b)));
@@ -110,7 +173,7 @@ impl Slip {
     /// True if two slips plausibly occur together; not symmetric.
     pub fn goes_with(&self, other: &Slip) -> bool {
         use Slip::{AxesSwapped, AxisSign, JointSign, JointUnit, JointZero, JointsSwapped, PointUnit, Robot};
-        let frees = |s: &Slip| matches!(s, Slip::Ball(_) | Slip::Tool);
+        let frees = |s: &Slip| s.adds_freedom();
         if std::mem::discriminant(self) == std::mem::discriminant(other) {
             return match (self, other) {
                 (JointSign(_), JointSign(_)) => true,
@@ -121,6 +184,13 @@ impl Slip {
         let unit = |s: &Slip| matches!(s, JointUnit(_) | PointUnit(_) | Slip::SlideUnit(_));
         let joint = |s: &Slip| matches!(s, JointSign(_) | JointZero(..) | JointsSwapped(..) | Robot(_));
         let mirror = |s: &Slip| matches!(s, AxesSwapped(0, 1) | AxisSign(2));
+        // A coupled joint was zeroed and counted as such.
+        if let Slip::Coupled(j, ..) = *self {
+            return matches!(other, JointSign(k) | JointZero(k, _) if *k == j);
+        }
+        if [self, other].into_iter().any(|s| matches!(s, Slip::Coupled(..) | Slip::Only(..) | Slip::Convention(_))) {
+            return false;
+        }
         (unit(self) && !frees(other))
             || (joint(self) && joint(other))
             || (joint(self) && mirror(other))
@@ -129,17 +199,53 @@ impl Slip {
 
     /// True if the slip adds unknowns to the fit, which can only reduce the residual.
     pub fn adds_freedom(&self) -> bool {
-        matches!(self, Slip::Ball(_) | Slip::Tool)
+        matches!(self, Slip::Ball(_) | Slip::Tool | Slip::Anchor(_))
     }
 
     /// True if the slip changes how far the arm moves, so that residuals must be compared relative to the motion.
     pub fn rescales_motion(&self) -> bool {
-        matches!(self, Slip::JointUnit(_) | Slip::SlideUnit(_))
+        use Slip::{JointScale, JointScales, JointUnit, Length, SlideUnit};
+        matches!(self, JointUnit(_) | SlideUnit(_) | JointScale(..) | JointScales(_) | Length(..))
+    }
+
+    /// True if the slip changes how far apart the measured places are, so that residuals must be compared relative to that.
+    pub fn rescales_places(&self) -> bool {
+        use Slip::{DistanceScale, DistanceSquared, Only, PointScale, PointUnit};
+        matches!(self, PointUnit(_) | PointScale(_) | DistanceScale(_) | DistanceSquared(_))
+            || matches!(self, Only(_, slip) if slip.rescales_places())
+    }
+
+    /// Number of values that were fitted to the data.
+    pub fn fitted(&self) -> usize {
+        use Slip::{DistanceConstant, DistanceScale, JointScale, JointScales, Length, PointScale};
+        match self {
+            JointScales(all) => {
+                all.iter().map(|[by, zero]| usize::from((by.abs() - 1.0).abs() > 0.0) + usize::from(*zero != 0.0)).sum()
+            }
+            JointScale(_, [by, _]) => 1 + usize::from((by.abs() - 1.0).abs() > 0.0),
+            Length(..) | PointScale(_) | DistanceConstant(_) => 1,
+            DistanceScale(by) => usize::from(!LENGTHS.contains(by) && *by != 2.0 && *by != 0.5),
+            _ => 0,
+        }
+    }
+
+    /// True if what is wrong is how the measurement was written, never the arm: the only slips that are looked for in data
+    /// that fit.
+    pub fn is_of_the_measurement(&self) -> bool {
+        use Slip::{Convention, Coupled, JointScale, JointScales, JointZero, Length};
+        !matches!(self, Convention(_) | Coupled(..) | JointScale(..) | JointScales(_) | JointZero(..) | Length(..))
     }
 
     /// The campaign with the slip corrected.
     pub fn undone(&self, campaign: &Campaign) -> Campaign {
         let mut c = campaign.clone();
+        let each_distance = |c: &mut Campaign, change: &dyn Fn(&mut f64)| {
+            for shot in &mut c.shots {
+                if let Seen::Distance { distance, .. } = &mut shot.seen {
+                    change(distance);
+                }
+            }
+        };
         let each_q = |c: &mut Campaign, change: &dyn Fn(&mut Vec<f64>)| c.shots.iter_mut().for_each(|s| change(&mut s.q));
         match *self {
             Slip::JointUnit(by) => scale(&mut c, JointKind::Revolute, by),
@@ -151,11 +257,7 @@ impl Slip {
             Slip::PointUnit(by) => {
                 places(&mut c, |p| *p *= by);
                 c.ties.iter_mut().for_each(|t| t.distance *= by);
-                for shot in &mut c.shots {
-                    if let Seen::Distance { distance, .. } = &mut shot.seen {
-                        *distance *= by;
-                    }
-                }
+                each_distance(&mut c, &|d| *d *= by);
             }
             Slip::ReadingUnit(by) => {
                 for shot in &mut c.shots {
@@ -175,7 +277,56 @@ impl Slip {
             Slip::Ball(b) => c.balls[b].free = true,
             Slip::RowsShifted(to) => {
                 c.shots.retain(|s| s.neighbours[to].is_some());
-                c.shots.iter_mut().for_each(|s| s.seen = s.neighbours[to].unwrap_or(s.seen));
+                for shot in &mut c.shots {
+                    if let Some(Reading { seen, turned }) = shot.neighbours[to] {
+                        (shot.seen, shot.turned) = (seen, turned);
+                    }
+                }
+            }
+            Slip::JointScale(j, [by, zero]) => each_q(&mut c, &|q| q[j] = by * q[j] + zero),
+            Slip::JointScales(ref all) => {
+                each_q(&mut c, &|q| q.iter_mut().zip(all).for_each(|(q, [by, zero])| *q = by * *q + zero));
+            }
+            Slip::Coupled(j, k, by) => each_q(&mut c, &|q| q[j] += by * q[k]),
+            Slip::Length(i, along, more) => {
+                let mut robot = Robot::clone(&c.robot);
+                let mdh = &mut robot.links[i].mdh;
+                *(match along {
+                    Along::X => &mut mdh.a,
+                    Along::Z => &mut mdh.d,
+                }) += more;
+                c.robot = Arc::new(robot);
+            }
+            Slip::Convention(to) => c.robot = Arc::new(of_other_convention(&c.robot, to)),
+            Slip::LeftHanded => {
+                places(&mut c, |p| p.z = -p.z);
+                // Seen in a mirror, a rotation turns the other way about the axes that lie in it.
+                let mirrored = |r: Rotation3<f64>| {
+                    let v = r.scaled_axis();
+                    Rotation3::new(Vector3::new(-v.x, -v.y, v.z))
+                };
+                c.shots.iter_mut().for_each(|s| s.turned = s.turned.map(mirrored));
+            }
+            Slip::PointScale(by) => {
+                for shot in &mut c.shots {
+                    if let Seen::Point(point) = &mut shot.seen {
+                        *point *= by;
+                    }
+                }
+            }
+            Slip::DistanceScale(by) => each_distance(&mut c, &|d| *d *= by),
+            Slip::DistanceConstant(more) => each_distance(&mut c, &|d| *d += more),
+            Slip::DistanceSquared(unit) => each_distance(&mut c, &|d| *d = (*d * unit).max(0.0).sqrt()),
+            Slip::AnchorsSwapped(a, b) => {
+                let [at_a, at_b] = [a, b].map(|a| c.anchors[a].position);
+                (c.anchors[a].position, c.anchors[b].position) = (at_b, at_a);
+            }
+            Slip::Anchor(a) => c.anchors[a].free = true,
+            Slip::Only(setup, ref slip) => {
+                let (of, others): (Vec<Shot>, Vec<Shot>) = c.shots.into_iter().partition(|s| s.setup == setup);
+                c.shots = of;
+                c = slip.undone(&c);
+                c.shots.extend(others);
             }
             Slip::Robot(name) => {
                 if let Some(robot) = built_in(name) {
@@ -184,66 +335,6 @@ impl Slip {
             }
         }
         c
-    }
-
-    /// Name in files.
-    pub fn name(&self, campaign: &Campaign) -> String {
-        let ball = |b: usize| &campaign.balls[b].id;
-        match *self {
-            Slip::JointUnit(_) => "unit:joints".into(),
-            Slip::PointUnit(_) => "unit:points".into(),
-            Slip::ReadingUnit(_) => "unit:readings".into(),
-            Slip::SlideUnit(_) => "unit:slides".into(),
-            Slip::ToolUnit(_) => "tool_unit".into(),
-            Slip::Tool => "tool".into(),
-            Slip::JointSign(j) => format!("joint_sign:{}", j + 1),
-            Slip::JointZero(j, _) => format!("joint_zero:{}", j + 1),
-            Slip::JointsSwapped(j, k) => format!("joints_swapped:{}:{}", j + 1, k + 1),
-            Slip::AxesSwapped(a, b) => format!("axes_swapped:{}{}", AXES[a], AXES[b]),
-            Slip::AxisSign(a) => format!("axis_sign:{}", AXES[a]),
-            Slip::BallsSwapped(a, b) => format!("balls_swapped:{}:{}", ball(a), ball(b)),
-            Slip::Ball(b) => format!("ball:{}", ball(b)),
-            Slip::RowsShifted(_) => "rows_shifted".into(),
-            Slip::Robot(name) => format!("robot:{name}"),
-            Slip::Commanded => "joints_commanded".into(),
-        }
-    }
-
-    /// Describes the correction, as the beginning of a sentence that continues with "leaves 0.9 instead of 923 mm".
-    pub fn words(&self, campaign: &Campaign) -> String {
-        let ball = |b: usize| &campaign.balls[b].id;
-        match *self {
-            Slip::JointUnit(by) if by > 1.0 => "joint angles taken as radians where degrees are stated".into(),
-            Slip::JointUnit(_) => "joint angles taken as degrees where radians are stated".into(),
-            Slip::PointUnit(by) => format!("measured places and distances {}", scaled(by)),
-            Slip::ReadingUnit(by) => format!("the residual readings {}", scaled(by)),
-            Slip::SlideUnit(by) => format!("the positions of prismatic joints {}", scaled(by)),
-            Slip::ToolUnit(by) => format!("the tool {}", scaled(by)),
-            Slip::Tool => "a tool other than the stated one, found from the data,".into(),
-            Slip::JointSign(j) => format!("joint {} counted the other way", j + 1),
-            Slip::JointZero(j, zero) => {
-                format!("joint {} with {:+} deg added to it", j + 1, (zero / DEG * 10.0).round() / 10.0)
-            }
-            Slip::JointsSwapped(j, k) => format!("joints {} and {} exchanged", j + 1, k + 1),
-            Slip::AxesSwapped(a, b) => format!("{} and {} of the measured places exchanged", AXES[a], AXES[b]),
-            Slip::AxisSign(a) => format!("{} of the measured places counted the other way", AXES[a]),
-            Slip::BallsSwapped(a, b) => format!("balls {} and {} exchanged", ball(a), ball(b)),
-            Slip::Ball(b) => format!("ball {} at another place than stated", ball(b)),
-            Slip::RowsShifted(to) => {
-                format!("the joints of each row with the measurement of the row {} it", ["before", "after"][to])
-            }
-            Slip::Robot(name) => format!("the robot taken to be a {name}"),
-            Slip::Commanded => "the commanded joints in place of those read back".into(),
-        }
-    }
-}
-
-pub(super) fn scaled(by: f64) -> &'static str {
-    match by {
-        b if b > 100.0 => "1000 times as large (metres written where millimetres are stated)",
-        b if b > 1.0 => "25.4 times as large (inches written where millimetres are stated)",
-        b if b < 0.01 => "1000 times smaller (micrometres or millimetres written where a larger unit is stated)",
-        _ => "25.4 times smaller (millimetres written where inches are stated)",
     }
 }
 
@@ -257,12 +348,22 @@ fn scale(c: &mut Campaign, kind: JointKind, by: f64) {
 
 /// Changes every position in the world: balls, points, anchors.
 fn places(c: &mut Campaign, change: impl Fn(&mut Vector3<f64>)) {
-    c.balls.iter_mut().for_each(|b| change(&mut b.position));
+    c.balls.iter_mut().chain(&mut c.anchors).for_each(|b| change(&mut b.position));
     for shot in &mut c.shots {
-        match &mut shot.seen {
-            Seen::Point(point) => change(point),
-            Seen::Distance { anchor, .. } => change(anchor),
-            Seen::Ball { .. } => {}
+        if let Seen::Point(point) = &mut shot.seen {
+            change(point);
         }
     }
+}
+
+/// The robot whose table was written in the standard convention and read as modified (1), or the other way round (-1): twist
+/// and length stand one row further on. What falls off the end is part of the tool.
+fn of_other_convention(robot: &Robot, to: i8) -> Robot {
+    let mut other = robot.clone();
+    let n = robot.links.len();
+    for (i, link) in other.links.iter_mut().enumerate() {
+        let from = if to > 0 { i.checked_sub(1) } else { Some(i + 1).filter(|k| *k < n) };
+        (link.mdh.alpha, link.mdh.a) = from.map_or((0.0, 0.0), |k| (robot.links[k].mdh.alpha, robot.links[k].mdh.a));
+    }
+    other
 }

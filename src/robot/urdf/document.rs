@@ -1,9 +1,11 @@
 //! A URDF file as links and joints, each with its line; joint origins with their places in the text.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
 use nalgebra::{Unit, Vector3};
+
 use roxmltree::{Document, Node};
 
 use crate::files::FileError;
@@ -108,6 +110,7 @@ impl UrdfDocument {
     /// # Errors
     /// With the line, if the text is not a URDF.
     pub fn read(path: &Path, text: &str) -> Result<Self, FileError> {
+        let text = &without_unbound_prefixes(text);
         let xml = Document::parse(text).map_err(|e| FileError {
             line: Some(e.pos().row as usize),
             ..FileError::whole(path, format!("is not XML: {e}"), "give the file as the robot's package has it")
@@ -291,4 +294,29 @@ fn children<'a, 'i>(node: Node<'a, 'i>, tag: &'static str) -> impl Iterator<Item
 
 fn child<'a, 'i>(node: Node<'a, 'i>, tag: &'static str) -> Option<Node<'a, 'i>> {
     children(node, tag).next()
+}
+
+/// Largest number of undeclared prefixes that are read over.
+const UNBOUND: usize = 32;
+
+/// The text with every element and attribute of an undeclared namespace prefix under a plain name of the same length, so that
+/// places in the file stay: other readers of URDFs know no namespaces, and so many files do not declare theirs. Xacro stays,
+/// since it is refused by name.
+pub(super) fn without_unbound_prefixes(text: &str) -> Cow<'_, str> {
+    let mut plain = Cow::Borrowed(text);
+    for _ in 0..UNBOUND {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&plain) else { break };
+        if prefix == "xacro" {
+            break;
+        }
+        let mut replaced = plain.clone().into_owned();
+        for before in ["<", "</", " ", "\t", "\n"] {
+            replaced = replaced.replace(&format!("{before}{prefix}:"), &format!("{before}{prefix}_"));
+        }
+        if replaced == plain {
+            break;
+        }
+        plain = Cow::Owned(replaced);
+    }
+    plain
 }

@@ -23,7 +23,8 @@ pub struct MissingMesh {
 /// If the file cannot be read, or is not XML.
 pub fn missing_meshes(path: &Path) -> Result<Vec<MissingMesh>, FileError> {
     let text = read_text(path)?;
-    let xml = Document::parse(&text).map_err(|e| FileError {
+    let text = &super::document::without_unbound_prefixes(&text);
+    let xml = Document::parse(text).map_err(|e| FileError {
         line: Some(e.pos().row as usize),
         ..FileError::whole(path, format!("is not XML: {e}"), "give the file as the robot's package has it")
     })?;

@@ -1,0 +1,107 @@
+//! Rows that contradict each other by themselves: the same joint angles at places far apart, and targets that hold each
+//! other's numbers.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::campaign::{Campaign, Seen, Shot};
+use super::data_fit::SlipTried;
+use crate::measure::dataset::Dataset;
+
+/// Joint angles that differ by less are the same, rad or m.
+const SAME_JOINTS: f64 = 1e-7;
+/// Places are far apart from this share of the reach on: no arm, load or repeat moves the tool so far in one posture.
+const FAR_APART: f64 = 0.01;
+/// The same in multiples of the noise.
+const FAR_IN_NOISE: f64 = 10.0;
+/// Fewer such rows are named as bad rows.
+const LEAST_ROWS: usize = 3;
+/// Number of rows named individually, at most.
+const NAMED: usize = 6;
+/// Share of the rows of two targets that may agree by chance.
+const BY_CHANCE: f64 = 0.2;
+
+/// Rows whose joint angles stayed those of an earlier row while the measured places moved on; the residual of the slips is
+/// not known.
+pub(super) fn stuck(dataset: &Dataset, campaign: &Campaign, reach: f64) -> Option<SlipTried> {
+    let limit = (FAR_APART * reach).max(FAR_IN_NOISE * campaign.noise);
+    let mut stuck: Vec<usize> = Vec::new();
+    let mut apart: f64 = 0.0;
+    for s in 0..campaign.places.len() {
+        let of_setup: Vec<usize> = (0..campaign.shots.len()).filter(|&k| campaign.shots[k].setup == s).collect();
+        for run in of_setup.chunk_by(|a, b| same_joints(campaign, dataset, *a, *b)) {
+            let mut first: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
+            for &k in run {
+                let Some((target, place)) = place(campaign, &campaign.shots[k]) else { continue };
+                let far = (place - *first.entry(target).or_insert(place)).norm();
+                if far > limit {
+                    stuck.push(k);
+                    apart = apart.max(far);
+                }
+            }
+        }
+    }
+    if stuck.len() < LEAST_ROWS {
+        return None;
+    }
+    stuck.sort_unstable();
+    let id = |k: usize| dataset.samples[campaign.shots[k].source[1]].id.as_str();
+    let all = campaign.shots.len();
+    let tell = |slip: String, words: String| Some(SlipTried { slip, residual: apart, words });
+    let one_posture = campaign.shots.windows(2).all(|w| alike(&w[0].q, &w[1].q));
+    if one_posture {
+        return tell("joints_constant".into(), format!("all {all} rows have the same joint angles"));
+    }
+    let first = stuck[0];
+    if first + stuck.len() == all && stuck.len() > 1 {
+        let words = format!("the joint angles stay the same from row {} on, {} rows of {all}", id(first - 1), stuck.len() + 1);
+        return tell(format!("joints_frozen:{}", id(first - 1)), words);
+    }
+    let named: Vec<&str> = stuck.iter().take(NAMED).map(|&k| id(k)).collect();
+    let others = stuck.len().saturating_sub(NAMED);
+    let others = if others == 0 { String::new() } else { format!(" and {others} more") };
+    let words =
+        format!("{} rows of {all} repeat the joint angles of the row before: {}{others}", stuck.len(), named.join(", "));
+    tell("joints_stale".into(), words)
+}
+
+/// The targets of a tool whose rows hold the numbers of another one, with the number of such rows.
+pub(super) fn copied(campaign: &Campaign) -> Option<(usize, usize, usize)> {
+    let of = |s: usize| campaign.shots.iter().filter(move |shot| shot.setup == s);
+    let numbers = |shot: &Shot| match shot.seen {
+        Seen::Point(p) => Some([p.x.to_bits(), p.y.to_bits(), p.z.to_bits()]),
+        _ => None,
+    };
+    let sets: Vec<std::collections::HashSet<_>> =
+        (0..campaign.places.len()).map(|s| of(s).filter_map(numbers).collect()).collect();
+    for b in 0..sets.len() {
+        for a in 0..b {
+            let differ = campaign.places[a].tool_target != campaign.places[b].tool_target;
+            let same = sets[a].intersection(&sets[b]).count();
+            if differ && same as f64 > BY_CHANCE * sets[a].len().min(sets[b].len()) as f64 {
+                return Some((a, b, same));
+            }
+        }
+    }
+    None
+}
+
+/// What is compared at one posture: the target by number, and where it was; `None` if only the arm knows where.
+fn place(campaign: &Campaign, shot: &Shot) -> Option<(usize, Vector3<f64>)> {
+    match shot.seen {
+        Seen::Point(point) => Some((0, point)),
+        Seen::Distance { anchor, distance } => Some((anchor, Vector3::new(distance, 0.0, 0.0))),
+        Seen::Ball { ball, .. } if !campaign.balls[ball].free => Some((0, campaign.balls[ball].position)),
+        Seen::Ball { .. } => None,
+    }
+}
+
+fn same_joints(campaign: &Campaign, dataset: &Dataset, a: usize, b: usize) -> bool {
+    let payload = |k: usize| dataset.samples[campaign.shots[k].source[1]].payload;
+    payload(a) == payload(b) && alike(&campaign.shots[a].q, &campaign.shots[b].q)
+}
+
+fn alike(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_JOINTS)
+}

@@ -1,0 +1,123 @@
+//! Test whether the stated places of several targets on one tool fit where the arm finds them.
+
+use nalgebra::Vector3;
+
+use super::campaign::Campaign;
+use super::frames::Frames;
+use super::slip::LENGTHS;
+use super::slip_words::scaled;
+use crate::measure::dataset::Dataset;
+
+/// Distance that is always expected, in parts of the reach.
+const OF_REACH: f64 = 2e-3;
+/// Multiple of the residual of the arm that is expected: its errors are nearly the same for all targets.
+const OF_RESIDUAL: f64 = 4.0;
+/// A slip explains the distances if it leaves at most this share.
+const EXPLAINS: f64 = 1.0 / 3.0;
+/// Slips up to this multiple of the best cannot be told apart.
+const ALIKE: f64 = 1.25;
+
+/// Places of targets that do not fit.
+#[derive(Debug, Clone)]
+pub(super) struct Misplaced {
+    /// Rms distance between where targets are stated and where the arm finds them, m.
+    pub left: f64,
+    /// Largest distance expected, m.
+    pub most: f64,
+    /// Name, rms distance left, m, and words of each slip.
+    pub slips: Vec<(String, f64, String)>,
+}
+
+/// Tests the places; `None` if they fit, or cannot be compared.
+pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames, robust: f64, reach: f64) -> Option<Misplaced> {
+    let session = dataset.samples.first()?.session.clone();
+    if !dataset.tool_free || dataset.samples.iter().any(|s| s.session != session) {
+        return None;
+    }
+    // Where the arm finds each target in the tool's axes, and where it is stated.
+    let to_tool = dataset.tool.pose().rotation.inverse();
+    let compared = |s: &usize| campaign.places[*s].tool_target.is_none_or(|t| !dataset.tool_targets[t].free);
+    let of: Vec<usize> = (0..campaign.places.len()).filter(compared).collect();
+    let found: Vec<Vector3<f64>> = of.iter().map(|&s| to_tool * frames.tools[s]).collect();
+    let stated: Vec<Vector3<f64>> = of
+        .iter()
+        .map(|&s| campaign.places[s].tool_target.map_or_else(Vector3::zeros, |t| dataset.tool_targets[t].position))
+        .collect();
+    let apart = |stated: &[Vector3<f64>], without: Option<usize>| {
+        let off: Vec<_> = (0..of.len()).filter(|k| Some(*k) != without).map(|k| found[k] - stated[k]).collect();
+        let mean = off.iter().sum::<Vector3<f64>>() / off.len().max(1) as f64;
+        (off.iter().map(|o| (o - mean).norm_squared()).sum::<f64>() / off.len().max(1) as f64).sqrt()
+    };
+    let (left, most) = (apart(&stated, None), OF_RESIDUAL * robust + OF_REACH * reach);
+    if of.len() < 2 || left <= most {
+        return None;
+    }
+    let name = |k: usize| campaign.places[of[k]].tool_target.map_or("TCP", |t| dataset.tool_targets[t].id.as_str());
+    let changed = |change: &dyn Fn(usize, Vector3<f64>) -> Vector3<f64>| {
+        let all: Vec<_> = stated.iter().enumerate().map(|(k, p)| change(k, *p)).collect();
+        apart(&all, None)
+    };
+    let mut tried: Vec<(usize, f64, String, String)> = Vec::new();
+    for by in LENGTHS {
+        tried.push((0, changed(&|_, p| p * by), "unit:targets".into(), format!("the places of all targets {}", scaled(by))));
+        for k in 0..of.len() {
+            let left = changed(&|i, p| if i == k { p * by } else { p });
+            tried.push((
+                1,
+                left,
+                format!("unit:target:{}", name(k)),
+                format!("the place of target {} {}", name(k), scaled(by)),
+            ));
+        }
+    }
+    for (a, b, axes) in [(0, 1, "x and y"), (0, 2, "x and z"), (1, 2, "y and z")] {
+        let swapped = |mut p: Vector3<f64>| {
+            p.swap_rows(a, b);
+            p
+        };
+        tried.push((
+            1,
+            changed(&|_, p| swapped(p)),
+            "target_axes".into(),
+            format!("{axes} of the places of targets exchanged"),
+        ));
+    }
+    for (a, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let turned = |mut p: Vector3<f64>| {
+            p[a] = -p[a];
+            p
+        };
+        tried.push((
+            1,
+            changed(&|_, p| turned(p)),
+            "target_axes".into(),
+            format!("{axis} of the places of targets counted the other way"),
+        ));
+    }
+    for a in 0..of.len() {
+        for b in a + 1..of.len() {
+            let left = changed(&|k, p| {
+                if k == a {
+                    stated[b]
+                } else if k == b {
+                    stated[a]
+                } else {
+                    p
+                }
+            });
+            let words = format!("targets {} and {} exchanged", name(a), name(b));
+            tried.push((1, left, format!("targets_swapped:{}:{}", name(a), name(b)), words));
+        }
+        if of.len() > 2 {
+            let words = format!("target {} at another place than stated", name(a));
+            tried.push((2, apart(&stated, Some(a)), format!("target:{}", name(a)), words));
+        }
+    }
+    tried.retain(|t| t.1 <= most && t.1 <= EXPLAINS * left);
+    let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+    tried.retain(|t| t.1 <= ALIKE * least.max(0.1 * most));
+    tried.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let simplest = tried.first().map_or(0, |t| t.0);
+    tried.retain(|t| t.0 == simplest);
+    Some(Misplaced { left, most, slips: tried.into_iter().map(|(_, left, name, words)| (name, left, words)).collect() })
+}
