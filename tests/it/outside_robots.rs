@@ -174,17 +174,14 @@ pub fn verdict_on(class: Class, seed: u64) -> Verdict {
 /// The end of a ladder.
 #[derive(Debug)]
 pub struct Climbed {
-    /// Rms error at rows that were not fitted, m: of the first model, of the last step, of what is recommended, and of who knows.
+    /// Rms error at rows that were not fitted, m: of the first model, of what is recommended, and of who knows.
     pub before: f64,
-    pub steps_measured: f64,
     pub measured: f64,
     pub oracle: f64,
     pub verdict: Verdict,
     pub first_step: Vec<String>,
     pub advised: Vec<String>,
     pub steps: Vec<Vec<String>>,
-    pub kind: ChoiceKind,
-    pub top: &'static str,
     /// The first model's residual is said to be noise, though its error at other rows is larger by a tenth than that of who knows.
     pub physics_called_noise: bool,
     /// The last step's residual is noise, and a larger model is recommended.
@@ -207,15 +204,12 @@ pub fn climbed(class: Class, seed: u64) -> Climbed {
     let before = rms(ladder.first());
     Climbed {
         before,
-        steps_measured: rms(ladder.last()),
         measured: rms(ladder.recommended()),
         oracle,
         verdict: ladder.first().diagnosis.verdict,
         first_step: ladder.steps.get(1).map(|s| s.added.clone()).unwrap_or_default(),
         advised: advice.effects().to_vec(),
         steps: ladder.steps[1..].iter().map(|s| s.added.clone()).collect(),
-        kind: ladder.kind(),
-        top: ladder.top.name(),
         physics_called_noise: ladder.first().diagnosis.verdict.is_noise() && before > 1.1 * oracle,
         overruled: ladder.last().diagnosis.verdict.is_noise()
             && !matches!(ladder.kind(), ChoiceKind::Steps | ChoiceKind::Begin),

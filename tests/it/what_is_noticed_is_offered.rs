@@ -41,8 +41,9 @@ fn robots_outside_the_catalogue_are_calibrated() {
         let share = |of: &dyn Fn(&Climbed) -> bool| ends.iter().filter(|end| of(end)).count() as f64 / ends.len() as f64;
         let hides = !matches!(class, Class::Clean | Class::Noisy);
         println!(
-            "{class:?}: within 1.3 {:.2}, first step as advised {:.2}, noise {:.2}, overruled {:.2}, steps {:.2}",
+            "{class:?}: within 1.3 {:.2}, better than before {:.2}, first step as advised {:.2}, noise {:.2}, overruled {:.2}, steps {:.2}",
             share(&|end| end.measured <= 1.3 * end.oracle),
+            share(&|end| end.measured < end.before),
             share(&|end| end.first_step == end.advised),
             share(&|end| end.verdict.is_noise()),
             share(&|end| end.overruled),
