@@ -112,7 +112,7 @@ impl PageModel {
     /// # Errors
     /// If the validation rows cannot be predicted.
     pub fn json(&self, subject: &PageSubject<'_>, ladder: Value) -> Result<Value, IdentifyError> {
-        let PageSubject { datasets, judged, commands, .. } = subject;
+        let PageSubject { datasets, judged, .. } = subject;
         let LadderStep { calibration, diagnosis, .. } = &self.ladder_step;
         let forecast = self.forecast();
         let mut document = json!({
