@@ -1,6 +1,6 @@
 //! Diagnosis of missing effects: the verdict, the findings, and their evidence.
 
-mod addition;
+pub mod additions;
 pub(crate) mod background;
 pub(crate) mod cross_validation;
 mod curve_families;
@@ -21,25 +21,25 @@ pub(crate) mod relevance;
 mod scatter;
 pub mod shifts;
 mod shortlist;
-mod surfaces;
+pub mod surfaces;
 pub(crate) mod sweep;
 mod symptoms;
 mod verdict;
 mod whiteness;
 
-pub use addition::{Addition, Over};
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
-pub use surfaces::Surface;
 pub use symptoms::Symptom;
 pub use verdict::Verdict;
 
+use self::additions::Addition;
 use self::heat_map::{Curve, HeatMap};
 use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
+use self::surfaces::Surface;
 use crate::residuals::misfit::Abnormal;
 use crate::residuals::noise::Suspect;
 

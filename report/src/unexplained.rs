@@ -2,8 +2,9 @@
 
 use super::effect_names::all_called;
 use super::heat_map::curve_line;
+use calibench::diagnosis::Diagnosis;
 use calibench::diagnosis::heat_map::Variable;
-use calibench::diagnosis::{Diagnosis, Surface};
+use calibench::diagnosis::surfaces::Surface;
 use calibench::effects::variable_in_words;
 use calibench::residuals::noise_floor::NoiseSource;
 

@@ -3,7 +3,6 @@
 use super::CurveFamily;
 use super::Examination;
 use super::Relevance;
-use super::Surface;
 use super::Verdict;
 use super::background::Background;
 use super::evidence::{ln_mean_exp, ln_sum_exp};
@@ -13,6 +12,7 @@ use super::heat_map::HeatMap;
 use super::hypotheses::{Hypothesis, hypotheses};
 use super::library::Untestable;
 use super::shortlist::{Shortlist, credible};
+use super::surfaces::Surface;
 use super::whiteness::whiteness;
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;

@@ -1,7 +1,8 @@
 //! One step of a hunt: an effect, given by its id, added to a fitted model.
 
+use calibench::diagnosis::Examination;
+use calibench::diagnosis::additions::{Addition, Over};
 use calibench::diagnosis::hypotheses::place;
-use calibench::diagnosis::{Addition, Examination, Over};
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::Model;

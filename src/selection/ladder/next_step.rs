@@ -3,7 +3,8 @@
 use super::RefusedStep;
 use super::progress::{Interrupted, LadderProgress, Observer, report, unobserved};
 use super::step::{LadderStep, add, step};
-use crate::diagnosis::{Addition, Diagnosis, Verdict};
+use crate::diagnosis::additions::Addition;
+use crate::diagnosis::{Diagnosis, Verdict};
 use crate::effects;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;

@@ -2,9 +2,10 @@
 
 use super::linear::Linear;
 use super::rule::Gain;
+use crate::diagnosis::Examination;
+use crate::diagnosis::additions::Addition;
 use crate::diagnosis::folds::{Folds, postures};
 use crate::diagnosis::library::Candidate;
-use crate::diagnosis::{Addition, Examination};
 use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;

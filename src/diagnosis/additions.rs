@@ -12,7 +12,7 @@ use crate::robot::Robot;
 /// An effect that may be added to a model.
 ///
 /// ```
-/// use calibench::diagnosis::Addition;
+/// use calibench::diagnosis::additions::Addition;
 /// use calibench::effects::EffectId;
 /// use calibench::identify::Model;
 ///
@@ -78,7 +78,7 @@ impl Over {
     /// Parses `q2`, `tau3`, `q2:q4`; `None` of anything else, and of a variable with itself.
     ///
     /// ```
-    /// use calibench::diagnosis::Over;
+    /// use calibench::diagnosis::additions::Over;
     /// use calibench::robot::built_in;
     ///
     /// let robot = built_in("ur5").ok_or("built in")?;
