@@ -2,16 +2,17 @@
 
 pub(crate) mod at_new_poses;
 mod chance;
+mod expected_error;
 pub mod field;
 pub(crate) mod level;
 mod map;
 mod outside_range;
+pub(crate) mod poses;
 pub mod posterior;
 pub mod worker;
 pub(crate) mod workspace;
 
+pub use expected_error::{Banded, ExpectedError, WorkspaceError};
 pub use map::{MapCell, WorkspaceMap};
 pub use outside_range::{Extrapolation, OutsideRange};
-pub use workspace::{
-    Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, undetermined, workspace_poses,
-};
+pub use poses::{PoseSource, WORKSPACE_POSES, WorkspacePoses, undetermined, workspace_poses};

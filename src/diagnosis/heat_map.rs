@@ -220,7 +220,7 @@ impl HeatMap {
         let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
         let of_cell = |k: usize| {
             let found = variables.iter().find(|(variable, _)| *variable == cells[k].variable)?;
-            Some(curve(examination, background, cells[k].joint, found))
+            Some(curve(examination, background, cells[k].joint, found.0, &found.1))
         };
         let curve = best.and_then(of_cell).transpose()?;
         Ok(HeatMap { cells, best, curve })
@@ -256,7 +256,7 @@ impl Curve {
     pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
         let Some(found) = variables(examination).into_iter().find(|(v, _)| *v == variable) else { return Ok(None) };
         let background = Background::new(examination)?;
-        Ok(Some(curve(examination, &background, joint, &found)?))
+        Ok(Some(curve(examination, &background, joint, found.0, &found.1)?))
     }
 
     /// As the verb `add` takes it: `curve:3:tau2`.
@@ -312,7 +312,8 @@ fn curve(
     examination: &Examination,
     background: &Background,
     joint: usize,
-    (variable, scaled): &(Variable, Scaled),
+    variable: Variable,
+    scaled: &Scaled,
 ) -> Result<Curve, FitError> {
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
@@ -332,8 +333,7 @@ fn curve(
     let precision = &block.k / noise + DMatrix::identity(count, count) / (amplitude * amplitude);
     let covariance = positive_definite::inverse(precision)?;
     let mean: DVector<f64> = &covariance * &block.z / noise;
-    let mut curve =
-        Curve { joint, variable: *variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
     let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
     let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
     // The mean is equivalent to the joint's zero offset, which every fit absorbs.

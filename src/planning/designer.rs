@@ -15,8 +15,8 @@ use crate::diagnosis::library::Candidate;
 use crate::identify::calibration::IdentifyError;
 use crate::math::linalg;
 use crate::measure::dataset::NamedDataset;
+use crate::prediction::poses::{self, SEED};
 use crate::prediction::workspace;
-use crate::prediction::workspace::SEED;
 
 /// Chooses measurements for an examined robot.
 pub struct Designer<'a> {
@@ -77,7 +77,7 @@ impl<'a> Designer<'a> {
         let Some(NamedDataset { dataset: first, .. }) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(self) };
         let Examination { projection, .. } = self.examination;
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
-        let there = workspace::at_poses(first, self.examination, poses, &mut random);
+        let there = poses::at_poses(first, self.examination, poses, &mut random);
         let fields = workspace::fields(&there, self.examination)?;
         let (m, n) = (self.examination.fitted.len(), self.examination.columns.len());
         let mut root = DMatrix::zeros(m + n, m + n);

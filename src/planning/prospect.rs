@@ -16,7 +16,7 @@ use super::rivalry::{Determination, Rivalry};
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::FitError;
 use crate::math::linalg::{self, LinalgError};
-use crate::prediction::workspace::SEED;
+use crate::prediction::poses::SEED;
 
 /// Number of measurements that first determine the pose of a moved artifact.
 const SEED_POSES: usize = 4;

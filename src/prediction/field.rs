@@ -44,7 +44,7 @@ use self::left_out::left_out;
 use self::rows::{Coefficients, Groups, Rows};
 pub use self::table::{FieldPart, FieldShare};
 use self::table::{beside, kept, shares};
-use super::workspace::{SEED, at_poses};
+use super::poses::{SEED, at_poses};
 use crate::diagnosis::Examination;
 use crate::effects::EffectId;
 use crate::effects::error_field::ErrorField;

@@ -1,6 +1,6 @@
 //! Map of the expected error over the workspace, by distance from axis 1 and height.
 
-use super::workspace::WorkspaceError;
+use super::expected_error::WorkspaceError;
 
 /// Number of cells in each direction.
 const CELLS: usize = 5;
@@ -63,7 +63,7 @@ impl WorkspaceError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::workspace::{Banded, ExpectedError};
+    use super::super::expected_error::{Banded, ExpectedError};
     use super::*;
     use nalgebra::Vector3;
 

@@ -11,11 +11,13 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::folds::postures;
 use crate::effects::{EffectId, Owner};
 use crate::identify::calibration::IdentifyError;
+use crate::identify::fit::FitError;
 use crate::identify::problem::{Parameter, Prior, SampleContext};
+use crate::math::positive_definite::inverse;
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::level::is_noise_overstated;
-use crate::prediction::workspace::{SEED, at_poses};
+use crate::prediction::poses::{SEED, at_poses};
 use crate::residuals::noise::JointSteps;
 use crate::robot::JointKind;
 use crate::robot::kinematics::world_from_tool;
@@ -54,6 +56,7 @@ const FREE: f64 = 4.0;
 
 /// Prior one-sigma about the fit of a free frame or ball: practically free, and no number is lost beside micrometres.
 const FREE_LENGTH: f64 = 10.0 * MM;
+/// The same of an angle, rad.
 const FREE_ANGLE: f64 = 10.0 * MRAD;
 
 /// Prior of a fitted parameter: one-sigma and mean of its deviation from the fit, SI.
@@ -66,10 +69,10 @@ fn prior_about_nominal(parameter: &Parameter, value: f64, torques: &[f64]) -> [f
         (Prior::Uninformative, _) if parameter.owner != Owner::Robot => {
             return [if spec.unit == Unit::MM { FREE_LENGTH } else { FREE_ANGLE }, 0.0];
         }
-        (Prior::Uninformative, "mdh") if spec.unit == Unit::MM => LENGTH,
-        (Prior::Uninformative, "mdh") if spec.name.starts_with("theta") => ZERO,
-        (Prior::Uninformative, "mdh") => TILT,
-        (Prior::Uninformative, "joint_compliance") => {
+        (Prior::Uninformative, EffectId::MDH) if spec.unit == Unit::MM => LENGTH,
+        (Prior::Uninformative, EffectId::MDH) if spec.name.starts_with("theta") => ZERO,
+        (Prior::Uninformative, EffectId::MDH) => TILT,
+        (Prior::Uninformative, EffectId::JOINT_COMPLIANCE) => {
             let torque = parameter.link.and_then(|j| torques.get(j)).copied().unwrap_or(0.0);
             if torque > 0.0 { TWIST / torque } else { FREE * spec.prior }
         }
@@ -165,7 +168,7 @@ impl Campaign {
         if found < LEAST_POSTURES {
             return Err(FieldError::TooFewPostures { found, least: LEAST_POSTURES });
         }
-        if let Some(effect) = ["base_frame", "mdh"].into_iter().find(|effect| !model.holds(effect)) {
+        if let Some(effect) = [EffectId::BASE_FRAME, EffectId::MDH].into_iter().find(|effect| !model.holds(effect)) {
             return Err(FieldError::WithoutColumns { effect });
         }
         let step = taken.div_ceil(MOST_SAMPLES).max(1);
@@ -196,14 +199,15 @@ impl Campaign {
         let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
         let is_known = noise_scale.is_known() && !is_noise_overstated(fit);
         let stated = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
-        let mut whiteners = vec![Matrix3::zeros(); taken];
+        let mut unwhitened = Vec::with_capacity(taken);
         problem.for_each_sample(&fit.values, &mut |s| {
-            whiteners[s.place] = match s.sight {
-                Some(_) => Matrix3::from_diagonal_element(s.variance.sqrt()),
-                None => s.whitener.try_inverse().unwrap_or_else(Matrix3::zeros),
-            };
+            unwhitened.push(match s.sight {
+                Some(_) => Ok(Matrix3::from_diagonal_element(s.variance.sqrt())),
+                None => inverse(s.whitener),
+            });
         });
-        let back = chosen.iter().map(|&s| whiteners[s] / noise_scale.weight()).collect();
+        let unwhitened = unwhitened.into_iter().collect::<Result<Vec<_>, _>>().map_err(FitError::from)?;
+        let back = chosen.iter().map(|&s| unwhitened[s] / noise_scale.weight()).collect();
         Ok(Campaign { basis, groups, rows, y, stated, noise_m, back, contexts, chosen, priors })
     }
 

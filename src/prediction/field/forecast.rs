@@ -12,8 +12,9 @@ use crate::diagnosis::Examination;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::chance::normal;
+use crate::prediction::expected_error::{Banded, WorkspaceError, expected_errors};
 use crate::prediction::level::MEAN_LENGTH;
-use crate::prediction::workspace::{Banded, SEED, WorkspaceError, at_poses, expected_errors, seen, undetermined};
+use crate::prediction::poses::{SEED, at_poses, seen, undetermined};
 
 /// Standard deviations from the median to the 90 % quantile of a normal distribution.
 const TO_90: f64 = 1.281_551_565_544_6;

@@ -11,7 +11,7 @@ use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
-use crate::prediction::workspace::WorkspaceError;
+use crate::prediction::expected_error::WorkspaceError;
 
 /// A fitted model and its field, found from these very data: its table would know what is left out.
 pub(crate) struct HeldField {

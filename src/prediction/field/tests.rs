@@ -16,7 +16,7 @@ use crate::identify::Model;
 use crate::measure::dataset::{Ball, Dataset, Measured as Reading, Noise, Sample};
 use crate::prediction::at_new_poses::AtNewPoses;
 use crate::prediction::chance::normal;
-use crate::prediction::workspace::workspace_poses;
+use crate::prediction::poses::workspace_poses;
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, JointKind, Link, MdhLink, Robot, built_in};
 use crate::units::{MM, MRAD, UM};
@@ -203,7 +203,9 @@ fn what_carries_no_field_is_an_error_by_name() {
     let as_fitted = |_: &mut Examination| {};
     assert!(said(&enough, &Model::paper(), as_fitted).contains("name at least one"));
     assert!(said(&Known::perfect(3, 19), &Model::paper(), as_fitted).contains("19 postures are too few"));
-    assert!(said(&enough, &Model::of(&["base_frame", "tool_frame"]), as_fitted).contains("does not hold 'mdh'"));
+    assert!(
+        said(&enough, &Model::of(&[EffectId::BASE_FRAME, EffectId::TOOL_FRAME]), as_fitted).contains("does not hold 'mdh'")
+    );
     let stopped = |e: &mut Examination| e.fit.outcome = Outcome::IterationLimit;
     assert!(said(&enough, &Model::paper(), stopped).contains("did not converge"));
 }
@@ -294,7 +296,7 @@ fn of_an_arm_on_a_rail_only_the_joints_that_turn_have_a_field() {
     let of = |links: Vec<Link>| {
         let data = elsewhere(links);
         let named = [NamedDataset::new("there", &data)];
-        let examination = Examination::new(&named, &Model::of(&["base_frame", "mdh"])).unwrap();
+        let examination = Examination::new(&named, &Model::geometry()).unwrap();
         Field::of(&named, &examination)
     };
     let mut links = built_in("kr6_r700").unwrap().links;
