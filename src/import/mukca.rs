@@ -16,8 +16,8 @@ use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::{FileError, cannot_be_read};
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Ball, BallDistance, Dataset, Measured, SampleSet};
-use crate::robot::{Pose, Robot};
 use crate::robot::robot_file::robot;
+use crate::robot::{Pose, Robot};
 use crate::units::{MM, UM};
 
 /// Distance between the two sockets of a place, m.
@@ -120,15 +120,12 @@ fn pair_sockets(dataset: &mut Dataset, apart: f64, report: &mut ImportReport) {
     let place = |b: &Ball| b.id.rsplit_once('/').map(|(place, _)| place.to_owned());
     for k in 1..dataset.balls.len() {
         if place(&dataset.balls[k - 1]) == place(&dataset.balls[k]) {
-            dataset.ball_distances.push(BallDistance {
-                between: [k - 1, k],
-                distance: apart,
-                sigma: SOCKETS_APART_SIGMA,
-            });
+            dataset.ball_distances.push(BallDistance { between: [k - 1, k], distance: apart, sigma: SOCKETS_APART_SIGMA });
         }
     }
     if !dataset.ball_distances.is_empty() {
-        let note = format!("neighbouring sockets of a place are taken to be {:.1} mm apart; --distance MM states another", apart / MM);
+        let note =
+            format!("neighbouring sockets of a place are taken to be {:.1} mm apart; --distance MM states another", apart / MM);
         report.notes.push(note);
     }
 }

@@ -48,6 +48,8 @@ const SAME: f64 = 0.005;
 const ALIKE: f64 = 1.25;
 /// Penalty factor on the residual of a slip with additional unknowns.
 const FREEDOM: f64 = 1.5;
+/// Largest limit of data with another length of the arm, in multiples of that of the data as they are.
+const MOST_LIMIT: f64 = 3.0;
 /// Largest share of gross rows that a slip may leave and still explain the others.
 const FEW_GROSS: f64 = 0.05;
 /// Distance, m, within which a fitted base is taken to be at the stated place.
@@ -162,10 +164,12 @@ impl Search<'_> {
             let frees = t.slips[0].adds_freedom() || t.slips[0].fitted() > 0;
             let better = if frees { BETTER_FREED } else { BETTER };
             let far_less = t.score <= better * of.plain && t.fitted.robust <= better * of.robust;
-            let only_noise = t.fitted.robust <= noise && of.robust >= ABOVE_NOISE * noise.max(t.fitted.robust);
+            // The score is relative to the spread: of places that are taken to be smaller, everything is.
+            let only_noise =
+                t.score.max(t.fitted.robust) <= FREEDOM * noise && of.robust >= ABOVE_NOISE * noise.max(t.fitted.robust);
             (far_less || only_noise) && enough(&t.fitted, if frees { FREEDOM_PER_FREED } else { FREEDOM_PER_UNKNOWN })
         };
-        tried.retain(|t| t.slips[0].is_of_the_measurement() && mends(t, before));
+        tried.retain(|t| t.slips[0].is_never_physical() && mends(t, before));
         self.confirmed(tried, true, |t, _| mends(t, self.nominal))
     }
 
@@ -218,7 +222,9 @@ impl Search<'_> {
         let before = gross.len() as f64 / (self.whole.shots.len() + self.whole.ties.len()) as f64;
         let few = (left as f64) <= (FEW_GROSS * all as f64).min(0.25 * before * all as f64);
         let better = trial.score <= EXPLAINS * if gross.is_empty() { self.nominal.robust } else { self.nominal.plain };
-        trial.fitted.robust <= limit && few && better
+        let rescales = trial.slips.iter().any(|s| s.rescales_motion() || s.rescales_places());
+        let less = rescales || trial.fitted.robust <= EXPLAINS * self.nominal.robust.max(self.nominal.plain);
+        trial.fitted.robust <= limit && few && better && less
     }
 
     /// Tries the best on more rows. Keeps those that pass and cannot be distinguished from the best of them, the least
@@ -229,7 +235,10 @@ impl Search<'_> {
         let slips: Vec<Vec<Slip>> = tried.into_iter().map(|t| t.slips).collect();
         let mut again = try_all(self.some, &slips, by_all);
         again.retain(|t| {
-            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0];
+            // A longer arm would be expected to leave more.
+            let longer = t.slips.iter().any(|s| matches!(s, Slip::Length(..)));
+            let most = if longer { MOST_LIMIT * self.most } else { f64::INFINITY };
+            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0].min(most);
             t.fitted.robust <= limit && passes(t, limit)
         });
         again.sort_by(|a, b| a.score.total_cmp(&b.score));
