@@ -40,6 +40,8 @@ const NOISE_LEFT: f64 = 1.3;
 const ABOVE_NOISE: f64 = 1.5;
 /// More slips together are preferred to fewer if they leave less than this share of their residual.
 const MORE_IS_BETTER: f64 = 1.0 / 5.0;
+/// The same of a scale and a zero of every joint, on arms so short that one of them explains most.
+const ALL_ARE_BETTER: f64 = 1.0 / 3.0;
 /// Trials that leave more than this share of the residual explain nothing and are not told.
 const TOLD_BELOW: f64 = 0.8;
 /// Residuals that differ by less than this share are the same.
@@ -110,24 +112,24 @@ impl Search<'_> {
         let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
         let few = self.some.selection(PAIRS_SCREENED);
         // What needs more to be wrong at once is tried only while less does not explain the data well.
-        let stages: [&dyn Fn() -> Vec<Trial>; 3] = [
-            &|| {
+        let stages: [(f64, &dyn Fn() -> Vec<Trial>); 3] = [
+            (MORE_IS_BETTER, &|| {
                 let all: Vec<_> = Family::all(&screen).into_par_iter().map(|f| vec![f.fitted(&few)]).collect();
                 try_all(&screen, &all, false)
-            },
-            &|| try_all(&few, &self.pairs(), false),
-            &|| {
+            }),
+            (MORE_IS_BETTER, &|| try_all(&few, &self.pairs(), false)),
+            (ALL_ARE_BETTER, &|| {
                 let all: Vec<_> = all_joints(&few).into_iter().map(|s| vec![s]).collect();
                 try_all(&screen, &all, false)
-            },
+            }),
         ];
-        for stage in stages {
+        for (share, stage) in stages {
             if !too_large || found.first().is_some_and(is_ordinary) {
                 break;
             }
             let more = self.confirmed(stage(), false, singles_left);
             let best = found.first().map(|t| t.fitted.robust);
-            if more.first().is_some_and(|m| best.is_none_or(|b| m.fitted.robust < MORE_IS_BETTER * b)) {
+            if more.first().is_some_and(|m| best.is_none_or(|b| m.fitted.robust < share * b)) {
                 found = more;
             }
         }
