@@ -131,7 +131,6 @@ impl Judged<'_> {
         }
         let (dataset, whole, some, nominal) = (self.dataset, self.whole, self.some, self.fitted);
         let (cause, slips) = search::Search { dataset, whole, some, nominal, reach, most }.run()?;
-        let sizes = if cause == Cause::Slips { [residual, most] } else { sizes };
         Some(self.misfit(Measure::Places, sizes, cause, slips))
     }
 
@@ -167,5 +166,5 @@ impl Judged<'_> {
 
 /// The name of a target without the word before it.
 fn bare(name: &str) -> &str {
-    name.strip_prefix("target ").unwrap_or(name)
+    ["target ", "the "].iter().find_map(|word| name.strip_prefix(word)).unwrap_or(name)
 }

@@ -293,16 +293,16 @@ fn columns_of_a_slide_are_in_millimetres_and_the_others_are_refused() {
         let all = format!("{error}");
         assert!(said.iter().all(|said| all.contains(said)) && all.contains(bad.trim_end_matches(',')), "{all}");
     }
-    // Metres for millimetres leave the rail, or its start; a kilometre does.
+    // What is farther beyond the rail than it is long is another unit.
     let q1 = text
         .lines()
         .nth(1)
         .unwrap()
         .split(',')
         .nth(text.lines().next().unwrap().split(',').position(|t| t == "q1_mm").unwrap());
-    std::fs::write(&csv, text.replacen(q1.unwrap(), "4000", 1)).unwrap();
+    std::fs::write(&csv, text.replacen(q1.unwrap(), "8000", 1)).unwrap();
     let error = read_dataset(folder.path()).expect_err("beyond the end of the rail").to_string();
-    assert!(error.contains("4000 mm is outside the joint's limits 0 to 3000") && error.contains("q1_mm"), "{error}");
+    assert!(error.contains("8000 mm is outside the joint's limits 0 to 3000") && error.contains("q1_mm"), "{error}");
 }
 
 #[test]

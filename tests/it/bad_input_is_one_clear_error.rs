@@ -432,7 +432,7 @@ fn kinds() -> Vec<Kind> {
         row("text for a number", replace("200.25", "far"), 4, "y_mm", "without its unit"),
         row("number with its unit", replace("200.25", "200.25 mm"), 4, "y_mm", "without its unit"),
         row("no joint", replace("20,-70,70", "20,,70"), 4, "q2_deg", "fill it"),
-        row("joint outside its limits", replace("20,-70,70", "20,-70,157.5"), 4, "q3_deg", "degrees"),
+        row("joint beyond two turns", replace("20,-70,70", "20,-70,1575"), 4, "q3_deg", "degrees"),
         row("unknown ball", replace("45,0,1,", "45,0,3,"), 2, "ball", "dataset.toml has 1, 2"),
         row("no ball", replace("45,0,1,", "45,0,,"), 2, "ball", "fill it"),
         row("unknown payload", replace("heavy", "light"), 2, "payload", "dataset.toml has heavy"),

@@ -52,6 +52,7 @@ mod identify_from_arrays;
 mod jacobian_matches_jax;
 mod kinematics_and_statics_match_pinocchio;
 mod mastering_refuses_what_is_not_a_master_ball;
+mod mistakes_that_were_met_are_named;
 mod orientations_are_identified;
 mod other_peoples_data_comes_in_whole;
 mod outside_robots;

@@ -234,7 +234,10 @@ fn try_slips(name: &str, dataset: &Dataset, only: impl Fn(usize) -> bool) -> Sco
             None => ("fits".to_owned(), false),
             Some(m) => {
                 let names: Vec<String> = m.slips.iter().map(|s| format!("{} {:.2}", s.slip, s.residual / MM)).collect();
-                let named = m.cause != Cause::Unknown && m.slips.iter().any(|s| s.slip == slip);
+                // Which axis of a left-handed frame is wrong, only a stated base can tell.
+                let mirror = slip.starts_with("axis_sign") || slip.starts_with("axes_swapped");
+                let is_it = |s: &str| s == slip || (mirror && s == "left_handed");
+                let named = m.cause != Cause::Unknown && m.slips.iter().any(|s| is_it(&s.slip));
                 (format!("{:?}{} {}", m.cause, if m.within_expected { " (within)" } else { "" }, names.join(", ")), named)
             }
         };

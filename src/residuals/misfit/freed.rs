@@ -49,8 +49,13 @@ impl Family {
             all.push(Family::new(zeros(-6), move |p| Slip::JointScale(j, [-1.0, within_a_turn(p[0], turns)])));
             let scales = SCALES.map(|by| vec![by, 0.0]).to_vec();
             all.push(Family::new(scales, move |p| Slip::JointScale(j, [p[0], within_a_turn(p[1], turns)])));
-            all.push(Family::new(vec![vec![0.0]], move |p| Slip::Length(j, Along::X, p[0])));
-            all.push(Family::new(vec![vec![0.0]], move |p| Slip::Length(j, Along::Z, p[0])));
+            // Of the first and the last link, base and tool have the lengths.
+            if j > 0 {
+                all.push(Family::new(vec![vec![0.0]], move |p| Slip::Length(j, Along::X, p[0])));
+            }
+            if j > 0 && j + 1 < robot.joints() {
+                all.push(Family::new(vec![vec![0.0]], move |p| Slip::Length(j, Along::Z, p[0])));
+            }
         }
         all
     }

@@ -30,6 +30,8 @@ const TRIMMED: f64 = 0.7;
 const LEAST_ROWS: usize = 4;
 /// Number of times that readings of several meanings are read anew.
 const ROUNDS: usize = 3;
+/// Largest angle between a base found from orientations and that found from positions, rad, that means nothing.
+const BESIDE: f64 = 5.0 * DEG;
 /// Number of rows named individually, at most.
 const NAMED: usize = 6;
 
@@ -69,7 +71,7 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
     let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
     let nominal = rows.angles(&rows.bases, &own, false);
     let left = rms(&nominal);
-    if left <= most {
+    if left <= most || rows.fit_beside(&own, most) {
         return None;
     }
     let middle = median(&nominal);
@@ -156,6 +158,14 @@ impl Rows {
         angles
     }
 
+    /// True if the orientations fit with a base of their own that is turned little from that of the positions, which few postures
+    /// hardly determine.
+    fn fit_beside(&self, own: &[Vec<Rotation3<f64>>], most: f64) -> bool {
+        let Some(bases) = self.own_bases(&self.seen) else { return false };
+        let near = bases.iter().zip(&self.bases).all(|(a, b)| a.angle_to(b) <= BESIDE);
+        near && rms(&self.angles(&bases, own, false)) <= most
+    }
+
     /// Orientations in a frame of their own: found from how the tool turns between rows, whatever frame that is seen in.
     /// The same for orientations of the row before or after, and of another frame on the flange.
     fn of_other_frames(&self, campaign: &Campaign, dataset: &Dataset) -> Vec<(usize, f64, String, String)> {
@@ -165,7 +175,7 @@ impl Rows {
             let Some(bases) = self.own_bases(&seen) else { continue };
             let readings: Vec<_> = seen.iter().map(|r| vec![*r]).collect();
             let angle = rms(&self.angles(&bases, &readings, true));
-            let at_base = campaign.places.iter().any(|_| bases.iter().all(|b| b.angle() < 2.0 * DEG));
+            let at_base = bases.iter().all(|b| b.angle() < 2.0 * DEG);
             let frame = if at_base { "in the frame of the robot's base" } else { "in another frame than the positions" };
             let mut words = format!("the orientations taken {frame}");
             let mut name = "orientation_frame".to_owned();

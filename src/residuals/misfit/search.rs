@@ -40,6 +40,8 @@ const NOISE_LEFT: f64 = 1.3;
 const ABOVE_NOISE: f64 = 1.5;
 /// More slips together are preferred to fewer if they leave less than this share of their residual.
 const MORE_IS_BETTER: f64 = 1.0 / 5.0;
+/// The same of a scale and a zero of every joint, on arms so short that one of them explains most.
+const ALL_ARE_BETTER: f64 = 1.0 / 3.0;
 /// Trials that leave more than this share of the residual explain nothing and are not told.
 const TOLD_BELOW: f64 = 0.8;
 /// Residuals that differ by less than this share are the same.
@@ -48,6 +50,8 @@ const SAME: f64 = 0.005;
 const ALIKE: f64 = 1.25;
 /// Penalty factor on the residual of a slip with additional unknowns.
 const FREEDOM: f64 = 1.5;
+/// Largest limit of data with another length of the arm, in multiples of that of the data as they are.
+const MOST_LIMIT: f64 = 3.0;
 /// Largest share of gross rows that a slip may leave and still explain the others.
 const FEW_GROSS: f64 = 0.05;
 /// Distance, m, within which a fitted base is taken to be at the stated place.
@@ -108,24 +112,24 @@ impl Search<'_> {
         let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
         let few = self.some.selection(PAIRS_SCREENED);
         // What needs more to be wrong at once is tried only while less does not explain the data well.
-        let stages: [&dyn Fn() -> Vec<Trial>; 3] = [
-            &|| {
+        let stages: [(f64, &dyn Fn() -> Vec<Trial>); 3] = [
+            (MORE_IS_BETTER, &|| {
                 let all: Vec<_> = Family::all(&screen).into_par_iter().map(|f| vec![f.fitted(&few)]).collect();
                 try_all(&screen, &all, false)
-            },
-            &|| try_all(&few, &self.pairs(), false),
-            &|| {
+            }),
+            (MORE_IS_BETTER, &|| try_all(&few, &self.pairs(), false)),
+            (ALL_ARE_BETTER, &|| {
                 let all: Vec<_> = all_joints(&few).into_iter().map(|s| vec![s]).collect();
                 try_all(&screen, &all, false)
-            },
+            }),
         ];
-        for stage in stages {
+        for (share, stage) in stages {
             if !too_large || found.first().is_some_and(is_ordinary) {
                 break;
             }
             let more = self.confirmed(stage(), false, singles_left);
             let best = found.first().map(|t| t.fitted.robust);
-            if more.first().is_some_and(|m| best.is_none_or(|b| m.fitted.robust < MORE_IS_BETTER * b)) {
+            if more.first().is_some_and(|m| best.is_none_or(|b| m.fitted.robust < share * b)) {
                 found = more;
             }
         }
@@ -162,10 +166,12 @@ impl Search<'_> {
             let frees = t.slips[0].adds_freedom() || t.slips[0].fitted() > 0;
             let better = if frees { BETTER_FREED } else { BETTER };
             let far_less = t.score <= better * of.plain && t.fitted.robust <= better * of.robust;
-            let only_noise = t.fitted.robust <= noise && of.robust >= ABOVE_NOISE * noise.max(t.fitted.robust);
+            // The score is relative to the spread: of places that are taken to be smaller, everything is.
+            let only_noise =
+                t.score.max(t.fitted.robust) <= FREEDOM * noise && of.robust >= ABOVE_NOISE * noise.max(t.fitted.robust);
             (far_less || only_noise) && enough(&t.fitted, if frees { FREEDOM_PER_FREED } else { FREEDOM_PER_UNKNOWN })
         };
-        tried.retain(|t| t.slips[0].is_of_the_measurement() && mends(t, before));
+        tried.retain(|t| t.slips[0].is_never_physical() && mends(t, before));
         self.confirmed(tried, true, |t, _| mends(t, self.nominal))
     }
 
@@ -218,7 +224,9 @@ impl Search<'_> {
         let before = gross.len() as f64 / (self.whole.shots.len() + self.whole.ties.len()) as f64;
         let few = (left as f64) <= (FEW_GROSS * all as f64).min(0.25 * before * all as f64);
         let better = trial.score <= EXPLAINS * if gross.is_empty() { self.nominal.robust } else { self.nominal.plain };
-        trial.fitted.robust <= limit && few && better
+        let rescales = trial.slips.iter().any(|s| s.rescales_motion() || s.rescales_places());
+        let less = rescales || trial.fitted.robust <= EXPLAINS * self.nominal.robust.max(self.nominal.plain);
+        trial.fitted.robust <= limit && few && better && less
     }
 
     /// Tries the best on more rows. Keeps those that pass and cannot be distinguished from the best of them, the least
@@ -229,7 +237,10 @@ impl Search<'_> {
         let slips: Vec<Vec<Slip>> = tried.into_iter().map(|t| t.slips).collect();
         let mut again = try_all(self.some, &slips, by_all);
         again.retain(|t| {
-            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0];
+            // A longer arm would be expected to leave more.
+            let longer = t.slips.iter().any(|s| matches!(s, Slip::Length(..)));
+            let most = if longer { MOST_LIMIT * self.most } else { f64::INFINITY };
+            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0].min(most);
             t.fitted.robust <= limit && passes(t, limit)
         });
         again.sort_by(|a, b| a.score.total_cmp(&b.score));

@@ -204,8 +204,8 @@ impl Slip {
 
     /// True if the slip changes how far the arm moves, so that residuals must be compared relative to the motion.
     pub fn rescales_motion(&self) -> bool {
-        use Slip::{JointScale, JointScales, JointUnit, Length, SlideUnit};
-        matches!(self, JointUnit(_) | SlideUnit(_) | JointScale(..) | JointScales(_) | Length(..))
+        use Slip::{JointScale, JointScales, JointUnit, SlideUnit};
+        matches!(self, JointUnit(_) | SlideUnit(_) | JointScale(..) | JointScales(_))
     }
 
     /// True if the slip changes how far apart the measured places are, so that residuals must be compared relative to that.
@@ -229,11 +229,10 @@ impl Slip {
         }
     }
 
-    /// True if what is wrong is how the measurement was written, never the arm: the only slips that are looked for in data
-    /// that fit.
-    pub fn is_of_the_measurement(&self) -> bool {
-        use Slip::{Convention, Coupled, JointScale, JointScales, JointZero, Length};
-        !matches!(self, Convention(_) | Coupled(..) | JointScale(..) | JointScales(_) | JointZero(..) | Length(..))
+    /// True if no arm, tool or artifact has it by nature, in some size: the only slips that are looked for in data that fit.
+    pub fn is_never_physical(&self) -> bool {
+        use Slip::{Ball, JointScale, JointScales, Length, Tool};
+        !matches!(self, Ball(_) | Tool | JointScale(..) | JointScales(_) | Length(..))
     }
 
     /// The campaign with the slip corrected.

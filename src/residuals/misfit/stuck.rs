@@ -17,6 +17,8 @@ const FAR_APART: f64 = 0.01;
 const FAR_IN_NOISE: f64 = 10.0;
 /// Fewer such rows are named as bad rows.
 const LEAST_ROWS: usize = 3;
+/// Share of such rows that stand at the end, where joint angles are frozen.
+const MOST_OF_THEM: f64 = 0.8;
 /// Number of rows named individually, at most.
 const NAMED: usize = 6;
 /// Share of the rows of two targets that may agree by chance.
@@ -53,10 +55,13 @@ pub(super) fn stuck(dataset: &Dataset, campaign: &Campaign, reach: f64) -> Optio
     if one_posture {
         return tell("joints_constant".into(), format!("all {all} rows have the same joint angles"));
     }
-    let first = stuck[0];
-    if first + stuck.len() == all && stuck.len() > 1 {
-        let words = format!("the joint angles stay the same from row {} on, {} rows of {all}", id(first - 1), stuck.len() + 1);
-        return tell(format!("joints_frozen:{}", id(first - 1)), words);
+    // From where on all rows have the joint angles of the last one.
+    let last = &campaign.shots[all - 1].q;
+    let from = campaign.shots.iter().rposition(|shot| !alike(&shot.q, last)).map_or(0, |k| k + 1);
+    let frozen = stuck.iter().filter(|k| **k >= from).count();
+    if frozen >= LEAST_ROWS && frozen as f64 >= MOST_OF_THEM * stuck.len() as f64 {
+        let words = format!("the joint angles stay the same from row {} on, in {} rows of {all}", id(from), all - from);
+        return tell(format!("joints_frozen:{}", id(from)), words);
     }
     let named: Vec<&str> = stuck.iter().take(NAMED).map(|&k| id(k)).collect();
     let others = stuck.len().saturating_sub(NAMED);

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::campaign::Campaign;
-use super::frames::Frames;
+use super::campaign::{Campaign, Seen};
+use super::frames::{Frames, flanges};
 use super::slip::LENGTHS;
 use super::slip_words::scaled;
 use crate::measure::dataset::Dataset;
@@ -36,9 +36,23 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames, rob
     }
     // Where the arm finds each target in the tool's axes, and where it is stated.
     let to_tool = dataset.tool.pose().rotation.inverse();
-    let compared = |s: &usize| campaign.places[*s].tool_target.is_none_or(|t| !dataset.tool_targets[t].free);
+    let measured = |s: usize| campaign.shots.iter().any(|shot| shot.setup == s && matches!(shot.seen, Seen::Point(_)));
+    let compared = |s: &usize| campaign.places[*s].tool_target.is_none_or(|t| !dataset.tool_targets[t].free) && measured(*s);
     let of: Vec<usize> = (0..campaign.places.len()).filter(compared).collect();
-    let found: Vec<Vector3<f64>> = of.iter().map(|&s| to_tool * frames.tools[s]).collect();
+    // One base for all: what it lacks is common to all targets.
+    let flanges = flanges(&campaign.robot, campaign);
+    let base = frames.bases[*of.first()?];
+    let seen = |s: usize| {
+        let at = campaign.shots.iter().zip(&flanges).filter(move |(shot, _)| shot.setup == s);
+        let tips: Vec<Vector3<f64>> = at
+            .filter_map(|(shot, flange)| match shot.seen {
+                Seen::Point(point) => Some((base * flange).inverse().transform_point(&point.into()).coords),
+                _ => None,
+            })
+            .collect();
+        tips.iter().sum::<Vector3<f64>>() / tips.len().max(1) as f64
+    };
+    let found: Vec<Vector3<f64>> = of.iter().map(|&s| to_tool * seen(s)).collect();
     let stated: Vec<Vector3<f64>> = of
         .iter()
         .map(|&s| campaign.places[s].tool_target.map_or_else(Vector3::zeros, |t| dataset.tool_targets[t].position))
