@@ -171,8 +171,8 @@ impl Field {
         };
         let divisions = measure(&divided, &campaign, [&alone, &with_field]);
         if examination.contexts.len() > rows.samples.len() {
-            alone.mean = mean_of_all(examination, &campaign, (&rows_alone, &Groups::default()), &alone.sizes)?;
-            mean = mean_of_all(examination, &campaign, (rows, groups), &with_field.sizes)?;
+            alone.mean = mean_of_all(examination, &campaign, &rows_alone, &Groups::default(), &alone.sizes)?;
+            mean = mean_of_all(examination, &campaign, rows, groups, &with_field.sizes)?;
         }
         Ok(Field { campaign, rows_alone, alone, with_field, mean, draws, divisions })
     }
@@ -262,6 +262,6 @@ fn conditioned(campaign: &Campaign, sizes: conditional::Sizes) -> Result<Conditi
     let n = rows.count();
     let kernels = kernels::Kernels::new(rows, groups);
     let (mut factor, mut covariance) = (Cholesky::new(n), nalgebra::DMatrix::zeros(n, n));
-    evidence::condition(&kernels, (rows, groups), &sizes, &mut kernels::Room::new(rows), (&mut factor, &mut covariance))?;
+    evidence::condition(&kernels, rows, groups, &sizes, &mut kernels::Room::new(rows), &mut factor, &mut covariance)?;
     Ok(Conditional::of_factor(rows, y, groups, sizes, factor))
 }

@@ -142,16 +142,14 @@ impl Judged<'_> {
             0 => Cause::Slips,
             rows => Cause::Rows(rows),
         };
-        let tried = slips.into_iter().map(|(slip, residual, words)| SlipTried { slip, residual, words }).collect();
-        Some(self.misfit(Measure::Orientations, [left, most], cause, tried))
+        Some(self.misfit(Measure::Orientations, [left, most], cause, slips))
     }
 
     fn targets(&self) -> Option<Misfit> {
         let (frames, NominalFit { residual, reach, .. }) = (&self.fitted.frames, self.nominal);
         let targets::Misplaced { left, most, slips } = targets::judge(self.dataset, self.some, frames, *residual, *reach)?;
         let cause = if slips.is_empty() { Cause::Unknown } else { Cause::Slips };
-        let tried = slips.into_iter().map(|(slip, residual, words)| SlipTried { slip, residual, words }).collect();
-        Some(self.misfit(Measure::Targets, [left, most], cause, tried))
+        Some(self.misfit(Measure::Targets, [left, most], cause, slips))
     }
 }
 

@@ -50,3 +50,17 @@ pub(crate) fn rows(problem: &Problem, values: &[f64]) -> Vec<Row> {
     });
     rows
 }
+
+/// Samples that are judged together, and their rows.
+#[derive(Clone)]
+struct Unit {
+    samples: Vec<usize>,
+    rows: Vec<usize>,
+}
+
+impl Unit {
+    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
+    fn numbers(&self) -> usize {
+        self.rows.len().clamp(1, 3)
+    }
+}

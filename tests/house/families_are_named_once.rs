@@ -24,8 +24,6 @@ const OTHERS: [(&str, &str); 9] = [
     ("src/identify/own_effects.rs", "ball:"),
     ("src/compensate/calibrated_arm.rs", "ball:"),
     ("src/effects/own.rs", "ball:"),
-    // A slip of whoever typed the data.
-    ("src/residuals/misfit/slip.rs", "ball:"),
 ];
 
 /// The string literals of a line that has no escaped quotes.

@@ -600,7 +600,7 @@ fn a_campaign_without_a_mistake_is_not_refused() {
 
 /// 500 mistakes, at least 95 % named, none passed; 300 right campaigns, none refused.
 #[test]
-#[ignore = "a study of some minutes"]
+#[ignore = "a study: validation/run a_mistake_is_named_whatever_was_measured"]
 fn five_hundred_mistakes_are_named_and_three_hundred_campaigns_pass() {
     assert!(try_mistakes(500, 74_000) >= 0.95);
     try_right_campaigns(300, 75_000);

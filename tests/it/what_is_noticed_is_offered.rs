@@ -34,7 +34,7 @@ fn a_tool_that_rocks_is_not_noise_and_noise_is() {
 /// Twenty robots a class: it prints how many are within 1.3 of who knows; the first step is always the advised one, no physics is called noise, no
 /// step at the noise overruled; of robots without a hidden error none gets a step.
 #[test]
-#[ignore = "a study of minutes: validation/run"]
+#[ignore = "a study: validation/run what_is_noticed_is_offered"]
 fn robots_outside_the_catalogue_are_calibrated() {
     for class in Class::ALL {
         let ends: Vec<_> = STUDY.map(|seed| climbed(class, seed)).collect();

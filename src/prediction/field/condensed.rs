@@ -84,7 +84,8 @@ fn write(columns: &[(Column, f64)], rows: &Rows, y: &DVector<f64>, noise: &DVect
 pub(super) fn mean_of_all(
     examination: &Examination,
     campaign: &Campaign,
-    (rows, groups): (&Rows, &Groups),
+    rows: &Rows,
+    groups: &Groups,
     sizes: &Sizes,
 ) -> Result<Coefficients, FitError> {
     let count = examination.contexts.len();

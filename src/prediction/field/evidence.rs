@@ -147,7 +147,7 @@ pub(super) fn of_groups(
     let (mut covariance, mut inverse) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let mut factor = Cholesky::new(n);
     for round in 0..=ROUNDS {
-        condition(&kernels, (rows, groups), &sizes, &mut room, (&mut factor, &mut covariance))?;
+        condition(&kernels, rows, groups, &sizes, &mut room, &mut factor, &mut covariance)?;
         if round == ROUNDS {
             break;
         }
@@ -182,10 +182,12 @@ pub(super) fn of_groups(
 /// Factors the covariance of the rows, noise included.
 pub(super) fn condition(
     kernels: &Kernels,
-    (rows, groups): (&Rows, &Groups),
+    rows: &Rows,
+    groups: &Groups,
     sizes: &Sizes,
     room: &mut Room,
-    (factor, covariance): (&mut Cholesky, &mut DMatrix<f64>),
+    factor: &mut Cholesky,
+    covariance: &mut DMatrix<f64>,
 ) -> Result<(), FitError> {
     kernels.sum(rows, groups, &sizes.groups, room, covariance);
     for (own, weight) in rows.samples.iter().zip(&sizes.weights) {

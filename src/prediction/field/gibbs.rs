@@ -124,7 +124,7 @@ pub(super) fn sample(
     let (mut noise, mut noises) = (0.0, vec![0.0; samples]);
     let mut draws = Vec::with_capacity((SWEEPS - DROPPED) / 2);
     for sweep in 0..SWEEPS {
-        condition(&kernels, (rows, groups), &chain.sizes, &mut room, (&mut factor, &mut covariance))?;
+        condition(&kernels, rows, groups, &chain.sizes, &mut room, &mut factor, &mut covariance)?;
         let is_mean = sweep >= DROPPED && sweep % 2 == 0;
         if is_mean {
             chain.of_kind.copy_from(y);

@@ -219,7 +219,7 @@ fn all_samples_by_columns_give_what_fewer_give_by_rows() {
     let alone = rows.of_model();
     let weights = evidence::weights(&alone, y).unwrap();
     let by_rows = evidence::of_groups(rows, groups, y, &weights, *stated).unwrap();
-    let by_columns = mean_of_all(&examination, &campaign, (rows, groups), &by_rows.sizes).unwrap();
+    let by_columns = mean_of_all(&examination, &campaign, rows, groups, &by_rows.sizes).unwrap();
     let moved = rows.applied(&by_rows.mean);
     assert!((rows.applied(&by_columns) - &moved).norm() < 0.02 * moved.norm());
     // Of the model alone nothing is left out.
@@ -229,7 +229,7 @@ fn all_samples_by_columns_give_what_fewer_give_by_rows() {
     let taken = variances.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / by_rows.sizes.noise;
     let parameters = alone.smooth.ncols() as f64;
     assert!((0.8 * parameters..parameters).contains(&taken), "{taken} {parameters}");
-    let by_columns = mean_of_all(&examination, &campaign, (&alone, &Groups::default()), &by_rows.sizes).unwrap();
+    let by_columns = mean_of_all(&examination, &campaign, &alone, &Groups::default(), &by_rows.sizes).unwrap();
     assert!((&by_columns.smooth - &by_rows.mean.smooth).norm() < 1e-6 * by_rows.mean.smooth.norm());
 }
 

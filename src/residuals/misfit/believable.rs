@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use crate::effects::EffectId;
 use crate::effects::{self, Subject};
 use crate::identify::calibration::{Calibration, Estimate};
+use crate::math::positive_definite::inverse;
 use crate::robot::{JointKind, Robot};
 use crate::units::Unit;
 
@@ -154,14 +155,15 @@ impl<'a> Estimates<'a> {
         let n = self.estimates.len();
         let deviations = DVector::from_iterator(n, self.estimates.iter().map(|e| (e.of.value - e.of.nominal) / e.size));
         let spread = &self.covariance + DMatrix::identity(n, n);
-        let Some(weights) = spread.cholesky().map(|factor| factor.inverse()) else { return Vec::new() };
+        // A covariance that cannot be inverted tells nothing of any zero.
+        let Ok(weights) = inverse(spread) else { return Vec::new() };
         let zeros: Vec<usize> = (0..n).filter(|&k| self.estimates[k].zero_of.is_some()).collect();
         let mut lost: Vec<usize> = Vec::new();
         loop {
             // What the zeros found so far leave of the weights.
             let columns = weights.select_columns(&lost);
             let own = columns.select_rows(&lost);
-            let Some(covariance) = own.try_inverse() else { return Vec::new() };
+            let Ok(covariance) = inverse(own) else { return Vec::new() };
             let left = &weights - &columns * &covariance * columns.transpose();
             let pulls = &left * &deviations;
             let score = |&k: &usize| pulls[k].abs() / left[(k, k)].max(f64::MIN_POSITIVE).sqrt();

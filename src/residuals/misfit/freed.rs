@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::campaign::{Campaign, Seen};
 use super::frames::{FrameFit, Frames, NU, fit, flanges, scale};
 use super::slip::{Along, Slip};
+use crate::math::positive_definite::cholesky;
 use crate::robot::JointKind;
 use crate::units::DEG;
 
@@ -165,7 +166,7 @@ fn refined(campaign: &Campaign, slip: &dyn Fn(&[f64]) -> Slip, start: Vec<f64>) 
             for k in 0..damped.nrows() {
                 damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + 1e-13 * size;
             }
-            let Some(step) = damped.cholesky().map(|c| c.solve(&right)) else { break };
+            let Ok(step) = cholesky(damped).map(|factor| factor.solve(&right)) else { break };
             let own = flanges(&changed.robot, &changed);
             let moved = FrameFit::new(&changed, &own).moved(&frames, &step);
             let first = step.len() - sizes.len();

@@ -91,6 +91,7 @@ pub(super) enum Misread {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Form3(Form);
 
+/// Orders in which three columns may be read.
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [1, 0, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 /// Units of an angle that are confused: radians for degrees, gon for degrees and degrees for gon.
 const UNITS: [f64; 4] = [1.0, 1.0 / DEG, 0.9, 1.0 / 0.9];

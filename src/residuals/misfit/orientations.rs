@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use super::campaign::Campaign;
+use super::data_fit::SlipTried;
 use super::frames::{Frames, fit, flanges};
 use super::orientation_slips::{Misread, all};
 use super::slip::Slip;
@@ -44,8 +45,8 @@ pub(super) struct Turned {
     pub most: f64,
     /// Number of single rows that are off; zero if not they are the cause.
     pub rows: usize,
-    /// Name, rms angle left, rad, and words of the slip; of each row where rows are the cause. Empty if none was found.
-    pub slips: Vec<(String, f64, String)>,
+    /// The slip, with the rms angle left, rad; each row where rows are the cause. Empty if none was found.
+    pub slips: Vec<SlipTried>,
 }
 
 /// Rows with an orientation, each with where the nominal arm turns its flange in the world.
@@ -80,7 +81,11 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
         let row = |&k: &usize| {
             let id = &dataset.samples[campaign.shots[rows.shots[k]].source[1]].id;
             let others: Vec<f64> = (0..nominal.len()).filter(|k| !gross.contains(k)).map(|k| nominal[k]).collect();
-            (format!("sample:{id}"), rms(&others), format!("without sample {id}, turned by {:.0} deg, it", nominal[k] / DEG))
+            SlipTried {
+                slip: format!("sample:{id}"),
+                residual: rms(&others),
+                words: format!("without sample {id}, turned by {:.0} deg, it", nominal[k] / DEG),
+            }
         };
         let slips = gross.iter().take(NAMED).map(row).collect();
         return Some(Turned { left, most, rows: gross.len(), slips });
@@ -98,7 +103,7 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
     let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     tried.retain(|(_, angle, ..)| *angle <= ALIKE * least);
     tried.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let slips = tried.into_iter().take(1).map(|(_, angle, name, words)| (name, angle, words)).collect();
+    let slips = tried.into_iter().take(1).map(|(_, residual, slip, words)| SlipTried { slip, residual, words }).collect();
     Some(Turned { left, most, rows: 0, slips })
 }
 

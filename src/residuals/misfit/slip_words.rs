@@ -2,6 +2,7 @@
 
 use super::campaign::Campaign;
 use super::slip::{Along, LENGTHS, Slip};
+use crate::effects::EffectId;
 use crate::robot::JointKind;
 use crate::units::{DEG, MM};
 
@@ -25,7 +26,7 @@ impl Slip {
             Slip::AxesSwapped(a, b) => format!("axes_swapped:{}{}", AXES[a], AXES[b]),
             Slip::AxisSign(a) => format!("axis_sign:{}", AXES[a]),
             Slip::BallsSwapped(a, b) => format!("balls_swapped:{}:{}", ball(a), ball(b)),
-            Slip::Ball(b) => format!("ball:{}", ball(b)),
+            Slip::Ball(b) => EffectId::member(EffectId::BALL, ball(b)).to_string(),
             Slip::RowsShifted(_) => "rows_shifted".into(),
             Slip::Robot(name) => format!("robot:{name}"),
             Slip::Commanded => "joints_commanded".into(),
@@ -33,7 +34,7 @@ impl Slip {
                 1.0 => format!("joint_zero:{}", j + 1),
                 -1.0 if zero == 0.0 => format!("joint_sign:{}", j + 1),
                 -1.0 => format!("joint_sign:{0}+joint_zero:{0}", j + 1),
-                _ => format!("joint_scale:{}", j + 1),
+                _ => EffectId::member(EffectId::JOINT_SCALE, j + 1).to_string(),
             },
             Slip::JointScales(ref all) if all.iter().all(|[by, _]| *by == 1.0) => "joint_zeros".into(),
             Slip::JointScales(ref all) if all.iter().all(|[by, _]| by.abs() == 1.0) => "joint_signs_and_zeros".into(),

@@ -1,8 +1,10 @@
 //! Test whether the stated places of several targets on one tool fit where the arm finds them.
 
+use crate::effects::EffectId;
 use nalgebra::Vector3;
 
 use super::campaign::{Campaign, Seen};
+use super::data_fit::SlipTried;
 use super::frames::{Frames, flanges};
 use super::slip::LENGTHS;
 use super::slip_words::scaled;
@@ -24,8 +26,8 @@ pub(super) struct Misplaced {
     pub left: f64,
     /// Largest distance expected, m.
     pub most: f64,
-    /// Name, rms distance left, m, and words of each slip.
-    pub slips: Vec<(String, f64, String)>,
+    /// The slips, each with the rms distance left, m.
+    pub slips: Vec<SlipTried>,
 }
 
 /// Tests the places; `None` if they fit, or cannot be compared.
@@ -124,7 +126,7 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames, rob
         }
         if of.len() > 2 {
             let words = format!("target {} at another place than stated", name(a));
-            tried.push((2, apart(&stated, Some(a)), format!("target:{}", name(a)), words));
+            tried.push((2, apart(&stated, Some(a)), EffectId::member(EffectId::TARGET, name(a)).to_string(), words));
         }
     }
     tried.retain(|t| t.1 <= most && t.1 <= EXPLAINS * left);
@@ -133,5 +135,9 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames, rob
     tried.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let simplest = tried.first().map_or(0, |t| t.0);
     tried.retain(|t| t.0 == simplest);
-    Some(Misplaced { left, most, slips: tried.into_iter().map(|(_, left, name, words)| (name, left, words)).collect() })
+    Some(Misplaced {
+        left,
+        most,
+        slips: tried.into_iter().map(|(_, residual, slip, words)| SlipTried { slip, residual, words }).collect(),
+    })
 }

@@ -6,10 +6,10 @@
 //! With Gaussian noise, a campaign has a suspect with a probability of less than 1e-3.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::time_order::{accidents, in_time};
-use super::{Row, rows};
+use super::{Row, Unit, rows};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{Fit, FitError, fit};
@@ -18,6 +18,7 @@ use crate::math::linalg::{self, LinalgError};
 use crate::math::positive_definite;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::Postures;
+use crate::residuals::noise_floor::chi2_chance;
 
 /// A posture or sample that deviates from all others by more than this, in robust one-sigmas, may be a suspect.
 pub(crate) const SUSPECT_DEVIATION: f64 = 6.0;
@@ -187,20 +188,6 @@ fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64
     found.into_iter().map(suspect).collect()
 }
 
-/// Rows that are judged together.
-#[derive(Clone)]
-struct Unit {
-    samples: Vec<usize>,
-    rows: Vec<usize>,
-}
-
-impl Unit {
-    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
-    fn numbers(&self) -> usize {
-        self.rows.len().clamp(1, 3)
-    }
-}
-
 /// Median of chi-square with one, two, three degrees of freedom.
 const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
 
@@ -359,8 +346,9 @@ impl Near {
                 break;
             }
         }
-        let limit = upper_chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
-        Ok((0..units.len()).filter(|&u| upper_chance(ratios[u], units[u].numbers()) < limit).collect())
+        let chance = |squares: f64, numbers: usize| chi2_chance(squares, numbers as f64).unwrap_or(1.0);
+        let limit = chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
+        Ok((0..units.len()).filter(|&u| chance(ratios[u], units[u].numbers()) < limit).collect())
     }
 
     /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
@@ -399,8 +387,4 @@ impl Near {
         }
         found
     }
-}
-
-fn upper_chance(squares: f64, numbers: usize) -> f64 {
-    ChiSquared::new(numbers as f64).map_or(1.0, |d| d.sf(squares.max(0.0)))
 }
