@@ -45,6 +45,10 @@ fn is_believable(close: &Examination, candidate: usize, effect: &str) -> Result<
 /// True if the data allow the values of a candidate to be physically possible: a compliance above zero, say.
 fn is_possible(datasets: &[NamedDataset<'_>], close: &Examination, candidate: usize, effect: &str) -> Result<bool, FitError> {
     let Some(family) = close.model.family(effect) else { return Ok(true) };
+    // What belongs to every model is added with all its members, and a member that comes out wrong is told as a symptom.
+    if family.role == Role::Baseline {
+        return Ok(true);
+    }
     let heaviest = datasets.iter().flat_map(|d| d.dataset.payloads.iter().map(|p| p.mass)).fold(0.0, f64::max);
     let freely = Freely::of(close, candidate)?;
     Ok(close.spans[candidate].range().enumerate().all(|(i, column)| {

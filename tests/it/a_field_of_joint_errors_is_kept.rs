@@ -42,7 +42,7 @@ fn erring(seed: u64, samples: usize) -> Dataset {
     let reached = |q: &[f64]| {
         let mut off = q.to_vec();
         for (joint, a, b, p, r, size) in &waves {
-            off[*joint] += size * (1.5 * q[*a] + p).sin() * (2.0 * q[*b] + r).sin();
+            off[*joint] += size * (q[*a] + p).sin() * (2.0 * q[*b] + r).sin();
         }
         world_from_tool(&robot, &base, &tool, &off).translation.vector
     };

@@ -169,7 +169,7 @@ max_deg = 90.0
 const CALIBRATION: &str = r#"format = "calibench-calibration/1"
 robot = "kr6_r700"
 effects = ["base_frame", "mdh"]
-dataset_sha256 = ["00"]
+dataset_sha256 = ["0000000000000000000000000000000000000000000000000000000000000000"]
 unresolved = [["d2", "d3"]]
 correlation = [[1.0], [0.5, 1.0]]
 

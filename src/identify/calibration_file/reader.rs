@@ -110,7 +110,7 @@ impl Reader<'_> {
         let is_digest = |text: &String| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
         match self.file.dataset_sha256.iter().find(|text| !text.is_empty() && !is_digest(text)) {
             Some(text) => {
-                let problem = format!("'{text}' is no SHA-256 digest: it has 64 hexadecimal digits");
+                let problem = format!("'{text}' is not a SHA-256 digest, which has 64 hexadecimal digits");
                 Err(self.wrong("dataset_sha256", problem, AGAIN))
             }
             None => Ok(self.file.dataset_sha256.clone()),
