@@ -86,6 +86,26 @@ impl WorkspaceError {
         [self.mean.low, self.mean.high].map(|x| self.as_measured(x))
     }
 
+    /// Each figure as drawn, or as the campaign measures at left-out postures as far away, where that is larger: draws know of
+    /// effects that a campaign absorbs, and a campaign of effects that nobody draws.
+    pub(super) fn or_as_measured(self, measured: &WorkspaceError) -> Self {
+        let larger = |drawn: Banded, measured: Banded| if measured.expected > drawn.expected { measured } else { drawn };
+        let both = |drawn: Option<Banded>, measured: Option<Banded>| match (drawn, measured) {
+            (Some(drawn), Some(measured)) => Some(larger(drawn, measured)),
+            (one, other) => one.or(other),
+        };
+        let factor = (measured.mean.expected / self.mean.expected).max(1.0);
+        WorkspaceError {
+            mean: larger(self.mean, measured.mean),
+            max: larger(self.max, measured.max),
+            ranges_seen: both(self.ranges_seen, measured.ranges_seen),
+            elsewhere: both(self.elsewhere, measured.elsewhere),
+            poses: self.poses.into_iter().map(|pose| ExpectedError { error: factor * pose.error, ..pose }).collect(),
+            noise: self.noise,
+            at_least: measured.at_least,
+        }
+    }
+
     fn as_measured(&self, error: f64) -> f64 {
         error.hypot(MEAN_LENGTH * self.noise)
     }

@@ -51,9 +51,6 @@ impl WorkspaceError {
         if let Some(held) = HeldField::of_model(datasets, &examination.model) {
             return held.workspace(datasets, poses);
         }
-        if let Some(measured) = expected_of_model(datasets, examination, poses)? {
-            return Ok(Some(measured));
-        }
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
         let posterior = Posterior::of(datasets, examination, worker)?;
@@ -84,15 +81,19 @@ impl WorkspaceError {
             sum += lengths;
         }
         let [ranges_seen, elsewhere] = parts.map(|draws| (!draws.is_empty()).then(|| Banded::of(draws)));
-        let poses = expected_errors(&there, poses, |p| sum[p] / errors.ncols() as f64);
-        Ok(Some(WorkspaceError {
+        let each = expected_errors(&there, poses, |p| sum[p] / errors.ncols() as f64);
+        let drawn = WorkspaceError {
             mean: Banded::of(means),
             max: Banded::of(maxima),
             ranges_seen,
             elsewhere,
-            poses,
+            poses: each,
             noise: level.noise,
             at_least: false,
+        };
+        Ok(Some(match expected_of_model(datasets, examination, poses)? {
+            Some(measured) => drawn.or_as_measured(&measured),
+            None => drawn,
         }))
     }
 }
