@@ -194,7 +194,9 @@ fn what_to_use(ladder: &Ladder) -> String {
     match ladder.kind() {
         ChoiceKind::Begin => "the model to begin with".to_owned(),
         ChoiceKind::Steps => "the last step".to_owned(),
-        ChoiceKind::Field if ladder.steps.len() > 1 => "the last step with the field of joint errors".to_owned(),
+        ChoiceKind::Field if ladder.steps.len() > 1 => {
+            "the named effects of the ladder with the field of joint errors".to_owned()
+        }
         ChoiceKind::Field => "the model to begin with and the field of joint errors".to_owned(),
     }
 }

@@ -197,7 +197,7 @@ fn run<B>(
     let (chosen, mut other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     let named = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
-    if let Some((choice, step)) = field::beyond(datasets, named, ground)? {
+    if let Some((choice, step)) = field::beyond(datasets, model, named, ground)? {
         recommendation.choices.push(choice);
         if step.is_some() {
             recommendation.chosen = recommendation.choices.len() - 1;

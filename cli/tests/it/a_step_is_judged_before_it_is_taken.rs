@@ -147,7 +147,9 @@ fn a_sample_that_the_diagnosis_advises_to_set_aside_is_set_aside() {
     let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
     let left = if arguments[1] == both[0] { "p41" } else { "p14" };
     let sentences = told["sentences"].as_array().unwrap();
-    let looks = |s: &Value| s.as_str().is_some_and(|s| s.contains(&format!("{left} (")) && s.contains("look there before anything else"));
+    let looks = |s: &Value| {
+        s.as_str().is_some_and(|s| s.contains(&format!("{left} (")) && s.contains("look there before anything else"))
+    };
     assert!(sentences.iter().any(looks), "{sentences:?}");
 }
 

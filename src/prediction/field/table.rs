@@ -43,7 +43,7 @@ pub(super) fn kept(campaign: &Campaign, examination: &Examination, coefficients:
 }
 
 /// Effects that are fitted beside the field, each with its one-sigma in plausible sizes: those of the set-up, which move the
-/// campaign and not the arm, and those that act through a compliance.
+/// campaign and not the arm.
 pub(super) fn beside(
     campaign: &Campaign,
     examination: &Examination,
@@ -60,11 +60,10 @@ pub(super) fn beside(
     campaign.groups.all.iter().enumerate().filter_map(of).collect()
 }
 
-/// True if a candidate belongs to the arm alone, and is linear in itself.
+/// True if a candidate belongs to the arm alone.
 fn is_of_arm(examination: &Examination, candidate: usize) -> bool {
     let Some(first) = examination.columns.get(examination.spans[candidate].first) else { return false };
-    let parameter = &examination.wide.parameters()[first.parameter];
-    parameter.owner == Owner::Robot && !parameter.through
+    examination.wide.parameters()[first.parameter].owner == Owner::Robot
 }
 
 /// What a share of the correction is of. Joints are counted from 0.

@@ -20,10 +20,10 @@ pub(super) enum Seen {
 }
 
 /// What was measured at one row: the place, and the orientation where there is one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Reading {
     pub seen: Seen,
-    pub turned: Option<Rotation3<f64>>,
+    pub turned: Option<Arc<Rotation3<f64>>>,
 }
 
 /// One row.
@@ -33,8 +33,8 @@ pub(super) struct Shot {
     pub q: Vec<f64>,
     pub commanded: Option<Vec<f64>>,
     pub seen: Seen,
-    /// Rotation from the tool's to the world's axes, if measured.
-    pub turned: Option<Rotation3<f64>>,
+    /// Rotation from the tool's to the world's axes, if measured. It is held once: most campaigns measure none.
+    pub turned: Option<Arc<Rotation3<f64>>>,
     /// Measurements of the rows before and after it in the same set-up.
     pub neighbours: [Option<Reading>; 2],
     /// Indices of dataset and sample.
@@ -137,13 +137,13 @@ impl Campaign {
                 sessions.len() - 1
             });
             let seen = seen(first, sample);
-            let turned = sample.orientation.map(|o| o.world_from_tool());
+            let turned = sample.orientation.map(|o| Arc::new(o.world_from_tool()));
             let shot = self.shots.len();
             let before = last[place].replace(shot);
             if let Some(before) = before {
-                self.shots[before].neighbours[1] = Some(Reading { seen, turned });
+                self.shots[before].neighbours[1] = Some(Reading { seen, turned: turned.clone() });
             }
-            let neighbours = [before.map(|b| Reading { seen: self.shots[b].seen, turned: self.shots[b].turned }), None];
+            let neighbours = [before.map(|b| Reading { seen: self.shots[b].seen, turned: self.shots[b].turned.clone() }), None];
             let (q, commanded) = (sample.q.clone(), sample.q_commanded.clone());
             let setup = first_place + place;
             self.shots.push(Shot { setup, q, commanded, seen, turned, neighbours, source: [d, k] });

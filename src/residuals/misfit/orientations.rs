@@ -132,7 +132,7 @@ impl Rows {
             setup: shots.iter().map(|&k| campaign.shots[k].setup).collect(),
             bases: shots.iter().map(|&k| frames.bases[campaign.shots[k].setup].rotation).collect(),
             flanges: shots.iter().map(|&k| all[k].rotation).collect(),
-            seen: shots.iter().filter_map(|&k| campaign.shots[k].turned).collect(),
+            seen: shots.iter().filter_map(|&k| campaign.shots[k].turned.as_deref().copied()).collect(),
             tools: campaign.places.iter().map(tool).collect(),
             shots,
         }
@@ -191,7 +191,9 @@ impl Rows {
             found.push((2 + usize::from(inverse), angle, name, words));
         }
         for (to, of) in ["before", "after"].into_iter().enumerate() {
-            let neighbour = |&k: &usize| campaign.shots[k].neighbours[to].and_then(|n| n.turned).into_iter().collect();
+            let neighbour = |&k: &usize| {
+                campaign.shots[k].neighbours[to].as_ref().and_then(|n| n.turned.as_deref().copied()).into_iter().collect()
+            };
             let readings: Vec<Vec<_>> = self.shots.iter().map(neighbour).collect();
             let angle = rms(&self.angles(&self.bases, &readings, false));
             let words = format!("each row with the orientation of the row {of} it");

@@ -277,7 +277,7 @@ impl Slip {
             Slip::RowsShifted(to) => {
                 c.shots.retain(|s| s.neighbours[to].is_some());
                 for shot in &mut c.shots {
-                    if let Some(Reading { seen, turned }) = shot.neighbours[to] {
+                    if let Some(Reading { seen, turned }) = shot.neighbours[to].clone() {
                         (shot.seen, shot.turned) = (seen, turned);
                     }
                 }
@@ -304,7 +304,7 @@ impl Slip {
                     let v = r.scaled_axis();
                     Rotation3::new(Vector3::new(-v.x, -v.y, v.z))
                 };
-                c.shots.iter_mut().for_each(|s| s.turned = s.turned.map(mirrored));
+                c.shots.iter_mut().for_each(|s| s.turned = s.turned.as_deref().copied().map(mirrored).map(Arc::new));
             }
             Slip::PointScale(by) => {
                 for shot in &mut c.shots {

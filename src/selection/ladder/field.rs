@@ -5,6 +5,7 @@ use super::step::{LadderStep, examined_with_field};
 use crate::diagnosis::Examination;
 use crate::diagnosis::folds::{Folds, places_of_balls, postures};
 use crate::effects::EffectId;
+use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::field::HeldField;
@@ -12,13 +13,16 @@ use crate::selection::Objection;
 use crate::selection::hold_out::HoldOut;
 use crate::selection::recommend::{Choice, ChoiceKind, FieldChoice, Gain};
 
-/// The field beyond a judged model, with that model fitted where its gate is open and no left-out campaign objects; `None` if the
-/// residual is noise or the data carry no field.
+/// The field beyond a judged model, with that model fitted where its gate is open, no left-out campaign objects, and left-out blocks
+/// are predicted better; `None` if the residual is noise or the data carry no field.
+///
+/// Shapes that the ladder has added describe as a field does: it takes their place. `begin` is the first model.
 ///
 /// # Errors
 /// When a matrix cannot be factored.
 pub(super) fn beyond(
     datasets: &[NamedDataset<'_>],
+    begin: &Model,
     below: &LadderStep,
     ground: HoldOut<'_>,
 ) -> Result<Option<(Choice, Option<LadderStep>)>, IdentifyError> {
@@ -29,10 +33,16 @@ pub(super) fn beyond(
     {
         return Ok(None);
     }
-    let Ok(held) = HeldField::of(datasets, Examination::new(datasets, &below.model)?) else { return Ok(None) };
+    let is_shape = |own: &str| !begin.own.iter().any(|o| o.name == own);
+    let mut named = below.model.clone();
+    for own in below.model.own.iter().filter(|own| is_shape(&own.name)) {
+        named = named.without(&own.name);
+    }
+    named.own.retain(|own| !is_shape(&own.name));
+    let Ok(held) = HeldField::of(datasets, &named) else { return Ok(None) };
     let Ok(worth) = held.worth(datasets, ground.poses) else { return Ok(None) };
     let model = held.model(datasets);
-    let added: Vec<EffectId> = model.effects.iter().filter(|id| !below.model.lists(id)).cloned().collect();
+    let added: Vec<EffectId> = model.effects.iter().filter(|id| !named.lists(id)).cloned().collect();
     let gains = gains(datasets, &held);
     let is_open = worth.gate.is_open();
     let expected = [&worth.before, &worth.after].map(|expected| expected.level());
@@ -46,7 +56,8 @@ pub(super) fn beyond(
     };
     let step = examined_with_field(datasets, &choice.model, &examination, Some(&held), ground)?;
     let step = LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..step };
-    let is_taken = !step.objections(below).iter().any(Objection::is_measured_elsewhere);
+    let is_taken =
+        step.cross_validated < below.cross_validated && !step.objections(below).iter().any(Objection::is_measured_elsewhere);
     Ok(Some((choice, is_taken.then_some(step))))
 }
 
