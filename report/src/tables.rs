@@ -139,7 +139,7 @@ pub fn parameter_rows(c: &Calibration, effects: &[EffectId]) -> Table {
         let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
         [e.name.clone(), number(e.value), number(e.sigma), e.unit.printed().into_owned()]
     };
-    let rows = c.estimates.iter().filter(|e| effects.iter().any(|effect| e.effect == *effect)).map(row);
+    let rows = c.estimates.iter().filter(|e| effects.contains(&e.effect)).map(row);
     right_aligned(["parameter", "value", "1 sigma", "unit"], rows)
 }
 

@@ -262,6 +262,7 @@ fn conditioned(campaign: &Campaign, sizes: conditional::Sizes) -> Result<Conditi
     let n = rows.count();
     let kernels = kernels::Kernels::new(rows, groups);
     let (mut factor, mut covariance) = (Cholesky::new(n), nalgebra::DMatrix::zeros(n, n));
-    evidence::condition(&kernels, rows, groups, &sizes, &mut kernels::Room::new(rows), &mut factor, &mut covariance)?;
+    evidence::covariance_of_rows(&kernels, rows, groups, &sizes, &mut kernels::Room::new(rows), &mut covariance);
+    factor.factor(&covariance).map_err(FitError::from)?;
     Ok(Conditional::of_factor(rows, y, groups, sizes, factor))
 }

@@ -12,7 +12,7 @@ const CATALOGUE: &str = "src/effects/catalogue";
 const WORDS: [&str; 2] = ["ball", "target"];
 
 /// Literals that look like ids and are something else: the file, the beginning of the literal.
-const OTHERS: [(&str, &str); 9] = [
+const OTHERS: [(&str, &str); 8] = [
     // A flag.
     ("cli/src/verbs/overwritten.rs", "mdh"),
     // Keys of `[truth.mujoco]`, and the end of a key.

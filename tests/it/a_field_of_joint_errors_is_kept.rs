@@ -1,6 +1,7 @@
 //! What no named effect explains is recommended as a field of joint errors, written to the model file, and found again by whoever
 //! reads it.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use calibench::effects::EffectId;
@@ -35,7 +36,7 @@ fn erring(seed: u64, samples: usize) -> Dataset {
         .map(|k| {
             let a = random.random_range(0..4);
             let b = a + 1 + random.random_range(0..4 - a);
-            let [p, r] = [0; 2].map(|_| random.random_range(0.0..6.28));
+            let [p, r] = [0; 2].map(|_| random.random_range(0.0..TAU));
             (k / 2, a, b, p, r, 1e-4 * random.random_range(1.0..2.5))
         })
         .collect();

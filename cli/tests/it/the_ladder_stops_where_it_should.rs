@@ -40,7 +40,7 @@ fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
     let folder = run_of("paper.toml");
     let at = folder.path();
     let v = ladder(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
-    assert_eq!(v["format"], "calibench-ladder/2");
+    assert_eq!(v["format"], "calibench-ladder/3");
     let steps = v["rungs"].as_array().unwrap();
     assert!(steps.len() >= 2 && steps[1]["added"][0] == "harmonic1:1", "{v}");
     for pair in steps.windows(2) {

@@ -240,7 +240,7 @@ impl LadderStep {
             sigma: finite(e.unit.from_si(e.sigma)),
             unit: e.unit.symbol.into(),
         };
-        let added = step.calibration.estimates.iter().filter(|e| step.added.iter().any(|added| e.effect == *added));
+        let added = step.calibration.estimates.iter().filter(|e| step.added.contains(&e.effect));
         LadderStep {
             added: ids(&step.added),
             added_words: added_words(&step.added),

@@ -147,7 +147,8 @@ pub(super) fn of_groups(
     let (mut covariance, mut inverse) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let mut factor = Cholesky::new(n);
     for round in 0..=ROUNDS {
-        condition(&kernels, rows, groups, &sizes, &mut room, &mut factor, &mut covariance)?;
+        covariance_of_rows(&kernels, rows, groups, &sizes, &mut room, &mut covariance);
+        factor.factor(&covariance)?;
         if round == ROUNDS {
             break;
         }
@@ -179,22 +180,19 @@ pub(super) fn of_groups(
     Ok(Conditional::of_factor(rows, y, groups, sizes, factor))
 }
 
-/// Factors the covariance of the rows, noise included.
-pub(super) fn condition(
+/// Writes the covariance of the rows, noise included.
+pub(super) fn covariance_of_rows(
     kernels: &Kernels,
     rows: &Rows,
     groups: &Groups,
     sizes: &Sizes,
     room: &mut Room,
-    factor: &mut Cholesky,
     covariance: &mut DMatrix<f64>,
-) -> Result<(), FitError> {
+) {
     kernels.sum(rows, groups, &sizes.groups, room, covariance);
     for (own, weight) in rows.samples.iter().zip(&sizes.weights) {
         own.clone().for_each(|r| covariance[(r, r)] += sizes.noise / weight);
     }
     let end = rows.samples.last().map_or(0, |last| last.end);
     (end..rows.count()).for_each(|r| covariance[(r, r)] += sizes.noise);
-    factor.factor(covariance)?;
-    Ok(())
 }

@@ -13,7 +13,7 @@ use statrs::function::gamma::ln_gamma;
 
 use super::basis::{KINDS, Kind};
 use super::conditional::Sizes;
-use super::evidence::{STATED_NOISE, condition};
+use super::evidence::{STATED_NOISE, covariance_of_rows};
 use super::kernels::{Kernels, Room};
 use super::rows::{Coefficients, Groups, Rows};
 use crate::identify::fit::FitError;
@@ -124,7 +124,8 @@ pub(super) fn sample(
     let (mut noise, mut noises) = (0.0, vec![0.0; samples]);
     let mut draws = Vec::with_capacity((SWEEPS - DROPPED) / 2);
     for sweep in 0..SWEEPS {
-        condition(&kernels, rows, groups, &chain.sizes, &mut room, &mut factor, &mut covariance)?;
+        covariance_of_rows(&kernels, rows, groups, &chain.sizes, &mut room, &mut covariance);
+        factor.factor(&covariance)?;
         let is_mean = sweep >= DROPPED && sweep % 2 == 0;
         if is_mean {
             chain.of_kind.copy_from(y);

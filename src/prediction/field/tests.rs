@@ -1,6 +1,6 @@
 //! Robots with known errors, explained and judged.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -77,7 +77,7 @@ impl Known {
     /// Two angles at once: joint 1 errs by those of joints 1 and 3.
     fn by_two_angles(seed: u64, samples: usize) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed ^ 0xff);
-        let [p, r] = [0; 2].map(|_| random.random_range(0.0..6.28));
+        let [p, r] = [0; 2].map(|_| random.random_range(0.0..TAU));
         let size = 1e-4 * random.random_range(1.0..4.0);
         let errors = move |q: &[f64]| {
             let mut errors = vec![0.0; q.len()];

@@ -23,12 +23,14 @@ const SCALES: [f64; 8] = [0.9, 1.0 / 0.9, 0.5, 2.0, -0.5, -2.0, 0.7, 1.4];
 /// Number of times that the zeros of all joints are searched one after the other.
 const ROUNDS: usize = 3;
 
+/// The slip of these sizes, SI.
+type OfSizes = Box<dyn Fn(&[f64]) -> Slip + Send + Sync>;
+
 /// Slips that differ in the size of what is fitted.
 pub(super) struct Family {
     /// Sizes from which a fit starts, SI.
     starts: Vec<Vec<f64>>,
-    /// The slip of these sizes.
-    slip: Box<dyn Fn(&[f64]) -> Slip + Send + Sync>,
+    slip: OfSizes,
 }
 
 impl Family {

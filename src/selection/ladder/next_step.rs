@@ -62,11 +62,11 @@ pub(in crate::selection) fn next_step<B>(
     let mut additions = below.diagnosis.additions();
     if below.diagnosis.shape().is_some() {
         // Samples in which a shape shows most are not bad samples: the shape is what is missing.
-        additions.retain(|a| effects::catalogue::set_aside_by(&a.name).is_none() || suspects.iter().any(|s| a.name == *s));
+        additions.retain(|a| effects::catalogue::set_aside_by(&a.name).is_none() || suspects.contains(&a.name));
     }
     if below.would_miss(suspects.len()) {
         // If they are refused together, none of them is tried alone.
-        additions.retain(|a| !suspects.iter().any(|s| a.name == *s));
+        additions.retain(|a| !suspects.contains(&a.name));
     }
     let gains = gains_of_each(datasets, &below.model, &additions)?;
     for k in order(&below.diagnosis, &additions, &gains) {
