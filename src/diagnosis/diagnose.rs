@@ -58,7 +58,8 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = without_suspects(datasets, examination)?;
-    let supposed = by_row_order(datasets, examination, &diagnosis)?;
+    // What is only supposed makes no diagnosis fail.
+    let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
     Ok(match (supposed.is_some(), diagnosis.verdict) {
         (true, Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
             let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };

@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::Adjustment;
 use super::determined::{Determined, determined};
-use super::fit_result::FitError;
+use super::fit_result::{FitError, Outcome};
 use super::problem::{Prior, Problem};
 use crate::math::linalg;
 
@@ -91,16 +91,26 @@ pub(super) fn asked_again(
         if chosen.kept == best.kept() {
             continue;
         }
-        let from = best.values().to_vec();
-        let mut wider = Adjustment::of(problem, chosen);
-        wider.adjust(problem, &from)?;
-        wider.confirm(problem, &from)?;
-        iterations += wider.iterations();
-        if wider.chi2() < best.chi2() {
-            best = wider;
+        match fitted(problem, chosen, best.values()) {
+            Some(wider) if wider.chi2() < best.chi2() => {
+                iterations += wider.iterations();
+                best = wider;
+            }
+            // What leads to no arm was rightly left out, and so was all that is fainter.
+            _ => break,
         }
     }
     Ok((best, iterations))
+}
+
+/// The fit of these parameters from `start`; `None` if it ends at no arm. Touches of one pin are explained best by an arm without
+/// any length.
+fn fitted(problem: &Problem, chosen: Determined, start: &[f64]) -> Option<Adjustment> {
+    let mut wider = Adjustment::of(problem, chosen);
+    wider.adjust(problem, start).ok()?;
+    wider.confirm(problem, start).ok()?;
+    let is_arm = wider.outcome() == Outcome::Converged && problem.left_linear_range(wider.values()).is_none();
+    is_arm.then_some(wider)
 }
 
 /// What one linear step from `values` would leave with all these parameters.
