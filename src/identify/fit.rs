@@ -41,18 +41,18 @@ pub(crate) fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Resu
 }
 
 /// Fits all unknowns from the solution of a smaller model of the same samples; the separable parameters are selected at the
-/// nominal start, as in [`fit`], and those that the smaller model was found to need are among them.
+/// nominal start, as in [`fit`]; with `all_needed`, all that the smaller model was found to need are among them.
 ///
 /// # Errors
 /// As [`fit`].
-pub(crate) fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
+fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit, all_needed: bool) -> Result<Fit, FitError> {
     let mut start = problem.start();
     let mut needed = Vec::new();
     for (k, (value, parameter)) in start.iter_mut().zip(problem.parameters()).enumerate() {
         let twin = smaller.parameters().iter().position(|p| p.name == parameter.name && p.effect == parameter.effect);
         if let Some(p) = twin {
             *value = smaller.parameters()[p].start + solution.values[p] - parameter.start;
-            if solution.kept.binary_search(&p).is_ok() {
+            if all_needed && solution.kept.binary_search(&p).is_ok() {
                 needed.push(k);
             }
         }
@@ -70,7 +70,11 @@ pub fn fit_larger(problem: &Problem, smaller: &Problem, solution: &Fit) -> Resul
     if check_nested(solution, &larger).is_ok() {
         return Ok(larger);
     }
-    let larger = fit_from(problem, smaller, solution)?;
+    let larger = fit_from(problem, smaller, solution, false)?;
+    if check_nested(solution, &larger).is_ok() {
+        return Ok(larger);
+    }
+    let larger = fit_from(problem, smaller, solution, true)?;
     check_nested(solution, &larger)?;
     Ok(larger)
 }

@@ -1,6 +1,6 @@
 //! A zero that was lost by half a degree or more is named before anything else from thirty points of a tracker, and a good arm has
-//! none, from twelve touches of one pin either. These have hardly more residuals than the arm has unknowns: of the zeros they show
-//! four in ten.
+//! none, from twelve touches of one pin either. These have hardly more residuals than the arm has unknowns: they show such a zero in
+//! seven arms of eight.
 //!
 //! The arms scatter by the plausible sizes of their links and gears.
 
@@ -157,7 +157,7 @@ fn in_thirty_points_of_a_tracker() {
 #[test]
 fn in_twelve_touches_of_a_pin() {
     let [found, alarms] = shares(Way::Pin, 24, 3600);
-    assert!(found >= 0.25 && alarms == 0.0, "{found} of the lost zeros, {alarms} of the good arms");
+    assert!(found >= 0.75 && alarms == 0.0, "{found} of the lost zeros, {alarms} of the good arms");
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn touches_of_a_pin_are_no_reason_for_an_arm_without_length() {
 #[test]
 #[ignore = "a study: validation/run a_lost_zero_is_named"]
 fn in_two_hundred_of_each() {
-    for (name, way, least) in [("30 points of a tracker", Way::Tracker, 0.95), ("12 touches of a pin", Way::Pin, 0.3)] {
+    for (name, way, least) in [("30 points of a tracker", Way::Tracker, 0.95), ("12 touches of a pin", Way::Pin, 0.85)] {
         let [found, alarms] = shares(way, 200, 7000);
         println!("{name}: a lost zero named first {:.1} %, good arms {:.1} %", 100.0 * found, 100.0 * alarms);
         assert!(found >= least && alarms <= 0.01, "{name}: {found}, {alarms}");
