@@ -98,8 +98,19 @@ impl<'a> Evidence<'a> {
             if list.unbelievable().next().is_none() {
                 break;
             }
+            let is_left = |h: &&Hypothesis| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model);
+            let credible = |ln: f64| ln > CURVE_ODDS.ln();
+            let shape = heat_map
+                .ln_evidence_against_background()
+                .max(surface.as_ref().map_or(f64::NEG_INFINITY, |s| s.ln_evidence_against_background));
+            // Where nothing else is credible, an impossible value is a symptom, and its effect the best name for it.
+            let something =
+                all.iter().find(is_left).is_some_and(|h| credible(h.ln_evidence_against_background)) || credible(shape);
+            if !something && list.is_only_impossible() {
+                break;
+            }
             unbelievable.extend(list.surely_unbelievable(datasets, tests)?);
-            all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
+            all = all.iter().filter(is_left).cloned().collect();
             list = Shortlist::of(datasets, examination, &all)?;
         }
         let aware = all.iter().map(|h| h.ln_evidence_against_background);

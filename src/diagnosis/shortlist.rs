@@ -96,6 +96,11 @@ impl Shortlist {
         self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
     }
 
+    /// True if none is of implausible size: what is wrong is a sign.
+    pub fn is_only_impossible(&self) -> bool {
+        self.unbelievable().all(|(k, _)| !self.possible[k])
+    }
+
     /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
     /// out at any size.
     pub fn surely_unbelievable(&self, datasets: &[NamedDataset<'_>], tests: usize) -> Result<Vec<(EffectId, f64)>, FitError> {
