@@ -16,6 +16,10 @@ use crate::selection::recommend::steps::gains_of_each;
 /// Share of the squares at left-out postures by which a shape must gain more than an effect with a cause to be preferred.
 const SHAPE_GAINS: f64 = 0.03;
 
+/// The same where an effect with a cause is named for a part of the residual: the cause is what is sought, and the next step
+/// may find the rest.
+const SHAPE_BEFORE_NAMED: f64 = 0.2;
+
 /// The next step, or those that were refused.
 pub type Next = Result<Box<LadderStep>, Vec<RefusedStep>>;
 
@@ -106,7 +110,7 @@ fn order(diagnosis: &Diagnosis, additions: &[Addition], gains: &[Vec<Gain>]) -> 
         Verdict::Unexplained => order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a))),
         Verdict::Partly => {
             let named = order.iter().filter(|&&k| !additions[k].is_shape()).map(|&k| gained(k)).fold(0.0, f64::max);
-            order.sort_by_key(|&k| !(additions[k].is_shape() && gained(k) > named));
+            order.sort_by_key(|&k| !(additions[k].is_shape() && gained(k) > named + SHAPE_BEFORE_NAMED));
         }
         _ => {}
     }
