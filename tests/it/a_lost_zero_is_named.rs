@@ -104,7 +104,7 @@ fn trial(way: Way, lost: usize, seed: u64) -> Trial {
                 Sample::new(format!("s{k}"), q, Measured::Point(seen + noise))
             });
             let samples = samples.collect();
-            let noise = Noise { point: (seed % 2 == 0).then_some(50.0 * UM), ..Noise::default() };
+            let noise = Noise { point: seed.is_multiple_of(2).then_some(50.0 * UM), ..Noise::default() };
             Trial { data: Dataset { robot, base, tool, tool_free: true, noise, samples, ..Dataset::default() }, lost: joints }
         }
         Way::Pin => {

@@ -536,7 +536,7 @@ fn try_mistakes(count: usize, seed: u64) -> f64 {
                     break 'all;
                 }
                 // A slice of the whole meets every mistake of some kind.
-                if count < 200 && (number + kind as usize + round) % 3 != 0 {
+                if count < 200 && !(number + kind as usize + round).is_multiple_of(3) {
                     continue;
                 }
                 let mut dice = Dice(seed + (round * 1000 + number * 10 + kind as usize) as u64);

@@ -31,7 +31,7 @@ fn campaign(seed: u64, bad: usize) -> (Dataset, Vec<String>) {
         let mut seen = world_from_tool(&robot, &base, &tool, &q).translation.vector;
         seen += Vector3::from_fn(|_, _| normal(random, NOISE));
         if (first..first + bad).contains(&k) {
-            seen += if seed % 2 == 0 { together } else { Vector3::from_fn(|_, _| normal(random, 15.0 * NOISE)) };
+            seen += if seed.is_multiple_of(2) { together } else { Vector3::from_fn(|_, _| normal(random, 15.0 * NOISE)) };
         }
         Sample { time_s: Some(45.0 * k as f64), ..Sample::new(format!("p{k}"), q, Measured::Point(seen)) }
     });

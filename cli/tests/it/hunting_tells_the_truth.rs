@@ -87,9 +87,9 @@ const UR10: [(&str, &[Shown]); 5] = [
         "ur10: curves",
         &[
             ("identify A -o plain.toml", &[]),
-            ("validate plain.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1445"]),
+            ("validate plain.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1448"]),
             ("identify A --model curves.toml -o curved.toml", &[]),
-            ("validate curved.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1445"]),
+            ("validate curved.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1448"]),
         ],
     ),
     ("ur10: compare", &[("compare curved.toml B --validation", &["* Sample", "* Each of these"])]),
