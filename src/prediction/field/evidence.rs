@@ -161,7 +161,7 @@ pub(super) fn of_groups(
         for (span, found) in groups.effects.iter().zip(&mut found) {
             *found = [pulled.rows(span.start, span.len()).norm_squared(), half.columns(span.start, span.len()).norm_squared()];
         }
-        kernels.quadratic(rows, groups, (&a, &inverse), &mut |g, both| found[g] = both);
+        kernels.quadratic(rows, groups, &a, &inverse, &mut |g, both| found[g] = both);
         for kind in KINDS {
             let own = || kinds.iter().enumerate().filter(|(_, k)| **k == kind).map(|(g, _)| g);
             let (count, sum) = own().fold((0.0, 0.0), |(n, s), g| (n + 1.0, s + sizes.groups[g].ln()));

@@ -101,7 +101,8 @@ impl Kernels {
         &self,
         rows: &Rows,
         groups: &Groups,
-        (a, c): (&DVector<f64>, &DMatrix<f64>),
+        a: &DVector<f64>,
+        c: &DMatrix<f64>,
         each: &mut dyn FnMut(usize, [f64; 2]),
     ) {
         let n = rows.samples.len();

@@ -7,7 +7,7 @@ use crate::diagnosis::folds::{Folds, places_of_balls, postures};
 use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::measure::dataset::NamedDataset;
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::prediction::field::HeldField;
 use crate::selection::Objection;
 use crate::selection::hold_out::HoldOut;
@@ -31,6 +31,9 @@ pub(super) fn beyond(
         || below.calibration.unconverged().is_some()
         || below.model.lists(EffectId::ERROR_FIELD)
     {
+        return Ok(None);
+    }
+    if datasets.iter().all(|d| d.dataset.samples.iter().all(is_at_a_ball)) {
         return Ok(None);
     }
     let is_shape = |own: &str| !begin.own.iter().any(|o| o.name == own);
@@ -59,6 +62,12 @@ pub(super) fn beyond(
     let is_taken =
         step.cross_validated < below.cross_validated && !step.objections(below).iter().any(Objection::is_measured_elsewhere);
     Ok(Some((choice, is_taken.then_some(step))))
+}
+
+/// True for a sample of a ball: a campaign of nothing else knows a few places, and no division of it is as far from them as the
+/// robot's work.
+fn is_at_a_ball(sample: &Sample) -> bool {
+    matches!(sample.measured, Measured::Ball { .. })
 }
 
 /// Gain of the field at left-out postures, one entry per division.
