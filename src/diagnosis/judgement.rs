@@ -93,24 +93,24 @@ impl<'a> Evidence<'a> {
         let tests = all.len().max(1);
         all.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
         let mut list = Shortlist::of(datasets, examination, &all)?;
-        let mut unbelievable = Vec::new();
+        let (mut unbelievable, mut with_impossible) = (Vec::new(), None);
         for _ in 0..SHORTLISTS {
             if list.unbelievable().next().is_none() {
                 break;
             }
-            let is_left = |h: &&Hypothesis| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model);
-            let credible = |ln: f64| ln > CURVE_ODDS.ln();
-            let shape = heat_map
-                .ln_evidence_against_background()
-                .max(surface.as_ref().map_or(f64::NEG_INFINITY, |s| s.ln_evidence_against_background));
-            // Where nothing else is credible, an impossible value is a symptom, and its effect the best name for it.
-            let something =
-                all.iter().find(is_left).is_some_and(|h| credible(h.ln_evidence_against_background)) || credible(shape);
-            if !something && list.is_only_impossible() {
-                break;
-            }
             unbelievable.extend(list.surely_unbelievable(datasets, tests)?);
-            all = all.iter().filter(is_left).cloned().collect();
+            if with_impossible.is_none() && list.impossible().next().is_some() {
+                let is_too_large = |h: &&Hypothesis| list.too_large().any(|beyond| beyond.in_model == h.in_model);
+                let rest = all.iter().filter(|h| !is_too_large(h)).cloned().collect();
+                with_impossible = Some((rest, unbelievable.clone()));
+            }
+            all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
+            list = Shortlist::of(datasets, examination, &all)?;
+        }
+        // Where nothing else is credible, an impossible value is a symptom, and its effect the best name for it.
+        let is_credible = all.first().is_some_and(|h| h.ln_evidence_against_background > CURVE_ODDS.ln());
+        if let Some(with_impossible) = with_impossible.filter(|_| !is_credible) {
+            (all, unbelievable) = with_impossible;
             list = Shortlist::of(datasets, examination, &all)?;
         }
         let aware = all.iter().map(|h| h.ln_evidence_against_background);

@@ -96,9 +96,14 @@ impl Shortlist {
         self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
     }
 
-    /// True if none is of implausible size: what is wrong is a sign.
-    pub fn is_only_impossible(&self) -> bool {
-        self.unbelievable().all(|(k, _)| !self.possible[k])
+    /// Those of impossible sign.
+    pub fn impossible(&self) -> impl Iterator<Item = &Hypothesis> {
+        self.unbelievable().filter(|(k, _)| !self.possible[*k]).map(|(_, h)| h)
+    }
+
+    /// Those of implausible size alone.
+    pub fn too_large(&self) -> impl Iterator<Item = &Hypothesis> {
+        self.unbelievable().filter(|(k, _)| self.possible[*k]).map(|(_, h)| h)
     }
 
     /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
