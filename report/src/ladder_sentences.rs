@@ -194,6 +194,10 @@ fn what_to_use(ladder: &Ladder) -> String {
     match ladder.kind() {
         ChoiceKind::Begin => "the model to begin with".to_owned(),
         ChoiceKind::Steps => "the last step".to_owned(),
+        ChoiceKind::Library => {
+            let effects = ladder.recommendation.choice().added.len();
+            format!("the whole library ({effects} effects, each constrained to the size that the data give it)")
+        }
         ChoiceKind::Field if ladder.steps.len() > 1 => {
             "the named effects of the ladder with the field of joint errors".to_owned()
         }

@@ -59,7 +59,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             )
         }
         ToDo::Choose => format!(
-            "Next: `{}` tries a field of joint errors: no single effect predicts postures that were not fitted better.",
+            "Next: `{}` tries a model of all errors at once: no single effect predicts postures that were not fitted better.",
             command(advice, diagnosis, commands)
         ),
     };

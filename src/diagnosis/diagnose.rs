@@ -100,7 +100,7 @@ fn by_row_order(
 /// As [`diagnose_examined`], without regard to the order of the rows.
 fn without_suspects(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let diagnosis = judged(datasets, examination)?;
-    let suspects = suspects_of(datasets, &examination.problem, &examination.fit)?;
+    let suspects = suspects_of(datasets, &examination.problem, &examination.fit);
     if suspects.is_empty() {
         return Ok(diagnosis);
     }

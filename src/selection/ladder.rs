@@ -21,12 +21,14 @@ use crate::diagnosis::Verdict;
 
 use self::step::examined_rung;
 use super::objections::Objection;
-use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, recommend};
+use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, SizedCandidate, recommend};
 use super::withdrawal::{Contradiction, contradicted};
-use crate::effects::EffectId;
+use crate::diagnosis::library::Library;
+use crate::effects::{self, EffectId};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
+use crate::identify::problem::{Use, missing};
 use crate::measure::dataset::NamedDataset;
 
 /// Largest number of steps that are added to the first model.
@@ -186,7 +188,7 @@ fn run<B>(
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
     let bad = steps.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
-    let mut recommendation = recommend(datasets, &examination, [&added, bad])?;
+    let mut recommendation = recommend(datasets, &examination, [&added, bad], &library(datasets, first, ground))?;
     for choice in &mut recommendation.choices {
         // Of the shapes a model keeps those that it contains.
         let Model { effects, own, width, .. } = &mut choice.model;
@@ -296,4 +298,29 @@ fn is_surely_better(choice: &Choice, other: &Choice) -> bool {
 fn readily_fitted(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
     let examination = Examination::within_steps(datasets, model, READILY).ok()??;
     examined_rung(datasets, model, &examination, ground).ok()
+}
+
+/// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width in a fit
+/// whose residuals are weighted by the stated noise. Empty where the residual is noise, or a field of joint errors is offered.
+fn library(datasets: &[NamedDataset<'_>], first: &LadderStep, ground: HoldOut<'_>) -> Vec<SizedCandidate> {
+    if first.diagnosis.verdict.is_noise() || !field::knows_places_alone(datasets) {
+        return Vec::new();
+    }
+    let examined = Library::new(datasets, &first.model);
+    let noise = first.diagnosis.relevance.noise.max(f64::MIN_POSITIVE).sqrt();
+    let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
+    // A whole family is omitted, as its members are already included. So are effects whose data a check lacks, as they
+    // cannot be judged there.
+    let twice = |id: &str| examined.candidates.iter().any(|c| c.id.family() == id && c.id != id);
+    let judged = widths.filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground));
+    judged.map(|(c, width)| SizedCandidate { effect: c.id.clone(), width: width / noise }).collect()
+}
+
+/// True if every check contains the data that an effect needs.
+fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
+    ground.checks.iter().all(|d| {
+        let balls = d.dataset.ball_ids();
+        let subject = model.subject(&d.dataset.robot, &balls);
+        effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), d.dataset, model, Use::All).is_none())
+    })
 }

@@ -11,5 +11,5 @@ mod rule;
 mod shrinkage;
 pub(crate) mod steps;
 
-pub use choices::{Choice, FieldChoice, Kind as ChoiceKind, Recommendation, recommend};
+pub use choices::{Choice, FieldChoice, Kind as ChoiceKind, Recommendation, SizedCandidate, recommend};
 pub use rule::{Gain, Insufficient};

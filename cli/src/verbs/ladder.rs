@@ -43,7 +43,8 @@ pub struct Arguments {
     /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
-    /// Write the model with the field of joint errors, whatever is recommended
+    /// Write the model with the field of joint errors, or with the whole library if only balls were measured, whatever is
+    /// recommended
     #[arg(long, requires = "output")]
     whole: bool,
     /// Continue with data that do not fit their robot
@@ -75,9 +76,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ladder.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
     let chosen = ladder.recommended();
     let written = if arguments.whole {
-        let field = ladder.recommendation.of_kind(ChoiceKind::Field);
-        let none = "there is no model with a field of joint errors: nothing is missing, or these data do not carry one";
-        &field.ok_or(none)?.model
+        let of_kind = |kind| ladder.recommendation.of_kind(kind);
+        let none = "there is no model of all errors at once: nothing is missing, or these data do not carry one";
+        &of_kind(ChoiceKind::Field).or_else(|| of_kind(ChoiceKind::Library)).ok_or(none)?.model
     } else {
         &chosen.model
     };
@@ -129,7 +130,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     in_question_sentence(&ladder, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
-        let which = if arguments.whole { "model with the field of joint errors" } else { "recommended model" };
+        let which = if arguments.whole { "model of all errors at once" } else { "recommended model" };
         print_answer(format!("The {which} is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
@@ -150,6 +151,6 @@ fn tell_progress(waiting: &Waiting, registry: &Registry, progress: &LadderProgre
             waiting.now("looking for the next step");
         }
         LadderProgress::Refused(..) => {}
-        LadderProgress::Choosing => waiting.begin("choosing between the steps and a field of joint errors"),
+        LadderProgress::Choosing => waiting.begin("choosing between the steps and a model of all errors at once"),
     }
 }

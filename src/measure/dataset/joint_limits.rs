@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::{Dataset, Sample};
 use crate::robot::{JointKind, Link, Robot};
-use crate::units::{DEG, MM, Unit, readable};
+use crate::units::{DEG, MM, Unit};
 
 /// Excess over a limit that is never worth a word, rad.
 const MARGIN: f64 = 1.0 * DEG;
@@ -30,7 +30,7 @@ pub struct BeyondLimit {
 impl fmt::Display for BeyondLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let BeyondLimit { joint, unit, rows, .. } = self;
-        let [position, limit] = [self.position, self.limit].map(|v| readable(v, unit.si));
+        let [position, limit] = [self.position, self.limit].map(|v| shown(v, unit.si));
         let rows = if *rows == 1 { "1 row".to_owned() } else { format!("{rows} rows") };
         write!(f, "{joint} = {position} {}, limit {limit}: {rows}, kept", unit.symbol)
     }
@@ -76,7 +76,7 @@ impl Dataset {
                     }
                 }
             }
-            if let Some([from, to]) = first.map(|both| both.map(|q| readable(q, DEG))) {
+            if let Some([from, to]) = first.map(|both| both.map(|q| shown(q, DEG))) {
                 remarks.push(format!("q{} of {rows} rows, such as {from} deg, is taken as a whole turn away: {to} deg", k + 1));
             }
         }
@@ -92,6 +92,11 @@ pub(super) fn impossible(robot: &Robot, q: &[f64]) -> Option<usize> {
         JointKind::Prismatic => beyond(link, *q) > (link.limits[1] - link.limits[0]).max(SLIDE_MARGIN),
     };
     robot.links.iter().zip(q).position(is_impossible)
+}
+
+/// A position in its unit, to two decimals: limits in radians are rarely round in degrees.
+fn shown(position: f64, unit: f64) -> f64 {
+    (position / unit * 100.0).round() / 100.0
 }
 
 /// Distance beyond the nearer limit, rad or m; negative within them.

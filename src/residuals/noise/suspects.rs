@@ -12,7 +12,7 @@ use super::time_order::{accidents, in_time};
 use super::{Row, Unit, rows};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
-use crate::identify::fit::{Fit, FitError, fit};
+use crate::identify::fit::{Fit, fit};
 use crate::identify::problem::{Problem, Use};
 use crate::math::linalg::{self, LinalgError};
 use crate::math::positive_definite;
@@ -107,18 +107,15 @@ pub struct Suspect {
 pub fn suspects(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
     let problem = Problem::new(datasets, model, Use::Fit)?;
     let fit = fit(&problem)?;
-    Ok(suspects_of(datasets, &problem, &fit)?)
+    Ok(suspects_of(datasets, &problem, &fit))
 }
 
 /// As [`suspects`], for a fitted problem.
-///
-/// # Errors
-/// When a residual or a column is not finite.
-pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Result<Vec<Suspect>, FitError> {
+pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
     let rows = rows(problem, &fit.values);
     let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
     if postures.of_samples().len() != rows.len() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let near = Near::new(problem, fit);
     let all_of = |members: &[usize]| -> Unit {
@@ -131,14 +128,14 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
-    let mut bad = near.far_off(&by_posture, &[], stated)?;
+    let mut bad = near.far_off(&by_posture, &[], stated);
     let order = in_time(datasets, &members);
-    bad.extend(near.run(&by_posture, &order, stated)?);
+    bad.extend(near.run(&by_posture, &order, stated));
     bad.sort_unstable();
     bad.dedup();
     let most_in_runs = most.max((MOST_IN_RUNS * members.len() as f64) as usize);
     if accidents(&bad, &order) > most || bad.len() > most_in_runs {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
@@ -147,7 +144,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
         let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
         let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
-        let bad = near.far_off(&by_sample, &aside_rows, stated)?;
+        let bad = near.far_off(&by_sample, &aside_rows, stated);
         if bad.len() <= most {
             let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
             units.extend(bad_units.iter().cloned());
@@ -165,12 +162,12 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         })
         .collect();
     let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect();
-    let bad = near.far_off(&turned, &aside_rows, stated)?;
+    let bad = near.far_off(&turned, &aside_rows, stated);
     if bad.len() <= most {
         let units: Vec<Unit> = bad.iter().map(|&u| turned[u].clone()).collect();
         found.extend(near.confirmed(&units, turned.len(), stated));
     }
-    Ok(named(datasets, &rows, found))
+    named(datasets, &rows, found)
 }
 
 fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
@@ -272,17 +269,14 @@ impl Near {
     }
 
     /// The run of units, in this order, without which the others fit best, if chance does not explain by how much; empty if none
-    /// does.
-    ///
-    /// # Errors
-    /// When the rows do not determine the parameters.
-    fn run(&self, units: &[Unit], order: &[usize], stated: bool) -> Result<Vec<usize>, LinalgError> {
+    /// does, or the rows do not determine the parameters.
+    fn run(&self, units: &[Unit], order: &[usize], stated: bool) -> Vec<usize> {
         let longest = LONGEST_RUN.min((MOST_IN_RUNS * order.len() as f64) as usize);
         let dof = self.rows.ncols() as f64 - self.parameters as f64;
         if longest < 2 || order.len() > MOST_FOR_RUNS || self.rows.ncols() > MANY_ROWS || dof < 1.0 {
-            return Ok(Vec::new());
+            return Vec::new();
         }
-        let Ok((residuals, root)) = self.solved(&vec![1.0; self.rows.ncols()]) else { return Ok(Vec::new()) };
+        let Ok((residuals, root)) = self.solved(&vec![1.0; self.rows.ncols()]) else { return Vec::new() };
         let pulls = self.pulls(root);
         let squares: f64 = residuals.iter().map(|r| r * r).sum();
         let runs = (2..=longest).flat_map(|length| order.windows(length));
@@ -306,7 +300,7 @@ impl Near {
             Some((chance * count, ratio, run))
         });
         let best = judged.min_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
-        Ok(best.filter(|(chance, ..)| *chance < RUN_ALARM).map_or_else(Vec::new, |(.., run)| run.to_vec()))
+        best.filter(|(chance, ..)| *chance < RUN_ALARM).map_or_else(Vec::new, |(.., run)| run.to_vec())
     }
 
     /// Whitened sum of squares of a unit, as if of its independent components, with its own leverage removed.
@@ -317,20 +311,18 @@ impl Near {
         unit.numbers() as f64 * mean / (1.0 - pull.min(MOST_LEVERAGE))
     }
 
-    /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero.
-    ///
-    /// # Errors
-    /// When the other rows do not determine the parameters.
-    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Result<Vec<usize>, LinalgError> {
+    /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero. None where the rows, with the weights that
+    /// the fit gives them, do not determine the parameters: of a model of as many effects as rows, each row has its own.
+    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
         let mut weights = vec![1.0; self.rows.ncols()];
         aside.iter().for_each(|&r| weights[r] = 0.0);
         let mut ratios = Vec::new();
         for _ in 0..ROUNDS {
-            let fitted = self.fitted(&weights)?;
+            let Ok(fitted) = self.fitted(&weights) else { return Vec::new() };
             let squares: Vec<f64> = units.iter().map(|u| Near::squares(u, &fitted, &weights)).collect();
             let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
             sorted.sort_by(f64::total_cmp);
-            let Some(&median) = sorted.get(sorted.len() / 2) else { return Ok(Vec::new()) };
+            let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
             // Stated noise is a lower limit.
             let unit = if stated { median.max(1.0) } else { median.max(f64::MIN_POSITIVE) };
             ratios = squares.iter().map(|s| s / unit).collect();
@@ -348,7 +340,7 @@ impl Near {
         }
         let chance = |squares: f64, numbers: usize| chi2_chance(squares, numbers as f64).unwrap_or(1.0);
         let limit = chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
-        Ok((0..units.len()).filter(|&u| chance(ratios[u], units[u].numbers()) < limit).collect())
+        (0..units.len()).filter(|&u| chance(ratios[u], units[u].numbers()) < limit).collect()
     }
 
     /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,

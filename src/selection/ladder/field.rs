@@ -33,7 +33,7 @@ pub(super) fn beyond(
     {
         return Ok(None);
     }
-    if datasets.iter().all(|d| d.dataset.samples.iter().all(is_at_a_ball)) {
+    if knows_places_alone(datasets) {
         return Ok(None);
     }
     let is_shape = |own: &str| !begin.own.iter().any(|o| o.name == own);
@@ -64,10 +64,11 @@ pub(super) fn beyond(
     Ok(Some((choice, is_taken.then_some(step))))
 }
 
-/// True for a sample of a ball: a campaign of nothing else knows a few places, and no division of it is as far from them as the
+/// True if nothing but balls was measured: such a campaign knows a few places, and no division of it is as far from them as the
 /// robot's work.
-fn is_at_a_ball(sample: &Sample) -> bool {
-    matches!(sample.measured, Measured::Ball { .. })
+pub(super) fn knows_places_alone(datasets: &[NamedDataset<'_>]) -> bool {
+    let is_at_a_ball = |s: &Sample| matches!(s.measured, Measured::Ball { .. });
+    datasets.iter().all(|d| d.dataset.samples.iter().all(is_at_a_ball))
 }
 
 /// Gain of the field at left-out postures, one entry per division.

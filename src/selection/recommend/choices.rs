@@ -19,6 +19,9 @@ pub enum Kind {
     Begin,
     /// The first model with the effects of the ladder's steps.
     Steps,
+    /// The first model with the whole library, each effect regularised by the size estimated from the data: of a campaign of balls
+    /// alone, which carries no field.
+    Library,
     /// The model of the last step, or the first, with the field of joint errors.
     Field,
 }
@@ -29,6 +32,7 @@ impl Kind {
         match self {
             Kind::Begin => "begin",
             Kind::Steps => "steps",
+            Kind::Library => "whole_library",
             Kind::Field => "error_field",
         }
     }
@@ -115,11 +119,25 @@ impl Recommendation {
     }
 }
 
+/// The library is offered if its effective number of parameters is not larger than this share of three components per posture:
+/// of more, no posture would be left to judge it by.
+const SHARE_OF_NUMBERS: f64 = 0.9;
+
+/// An effect with the width that the data give it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SizedCandidate {
+    /// The effect.
+    pub effect: EffectId,
+    /// Its one-sigma before the data, in plausible sizes.
+    pub width: f64,
+}
+
 /// Candidates by index, each with its prior information.
 type Held = Vec<(usize, f64)>;
 
-/// Judges the model of an examination: alone, and with `steps`. Of the steps, `bad` exclude suspect samples, without which all
-/// others are known better; they are excluded whichever model is chosen.
+/// Judges the model of an examination: alone, with `steps`, and with `library` (ids with their prior widths, in plausible sizes and
+/// units of the noise that remains with the library). Of the steps, `bad` exclude suspect samples, without which all others are
+/// known better; they are excluded whichever model is chosen.
 ///
 /// # Errors
 /// When an effect does not fit the data, or a matrix cannot be factored.
@@ -127,12 +145,15 @@ pub fn recommend(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
     [steps, bad]: [&[EffectId]; 2],
+    library: &[SizedCandidate],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
     let divisions = postures(&examination.contexts);
     let postures = divisions.count();
     let plain: Vec<&EffectId> = steps.iter().filter(|id| effects::catalogue::set_aside_by(id).is_none()).collect();
-    let candidates: Vec<Candidate> = plain.iter().map(|id| Candidate::new((*id).clone())).collect();
+    let mut candidates: Vec<Candidate> = plain.iter().map(|id| Candidate::new((*id).clone())).collect();
+    let beside = library.iter().filter(|sized| !plain.contains(&&sized.effect));
+    candidates.extend(beside.map(|sized| Candidate::new(sized.effect.clone())));
     let wide = examination.beside(datasets, candidates.clone())?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
@@ -142,6 +163,16 @@ pub fn recommend(
     let mut held = vec![(Kind::Begin, Vec::new())];
     if !plain.is_empty() {
         held.push((Kind::Steps, plain.iter().enumerate().map(|(k, id)| (k, begin.width_of(id).powi(-2))).collect()));
+    }
+    let judged_elsewhere = stands_somewhere(examination) || Folds::of_places(&divisions, &linear.places).is_some();
+    if !library.is_empty() && judged_elsewhere {
+        let place = |id: &EffectId| candidates.iter().position(|c| c.id == *id).unwrap_or_default();
+        let information = |width: f64| (width * examination.noise_scale.weight()).powi(-2);
+        let whole: Held = library.iter().map(|sized| (place(&sized.effect), information(sized.width))).collect();
+        let numbers = linear.effective(&linear.all_products(), &linear.with(whole.iter().copied()))?;
+        if numbers <= SHARE_OF_NUMBERS * 3.0 * postures as f64 {
+            held.push((Kind::Library, whole));
+        }
     }
     let gains = gains(&divisions, &wide, &linear, &held)?;
     let sample_ids = examination.problem().sample_ids();
@@ -156,9 +187,12 @@ pub fn recommend(
         {
             model = model.with(&id);
         }
-        for (place, _) in held {
+        for (place, information) in held {
             let id = &candidates[place].id;
             model = model.with(id);
+            if kind == Kind::Library && !begin.is_unregularised(id) {
+                model.width.insert(id.to_string(), information.sqrt().recip());
+            }
             added.push(id.clone());
         }
         Choice { kind, model, added, gains, field: None }
@@ -187,4 +221,10 @@ fn gains(
         }
     }
     Ok(gains)
+}
+
+/// True if a position in the world is known. If none is, the behaviour of a hundred effects at a new place shows only
+/// at left-out places.
+fn stands_somewhere(examination: &Examination) -> bool {
+    !examination.problem().parameters().iter().any(|p| p.defines_world)
 }

@@ -131,6 +131,20 @@ impl<'a> Linear<'a> {
         self.rows.ncols() - aside
     }
 
+    /// Effective number of parameters of a choice: the trace of its hat matrix, from the inner products `all` of all
+    /// rows.
+    ///
+    /// # Errors
+    /// When the normal matrix cannot be factored.
+    pub fn effective(&self, all: &DMatrix<f64>, choice: &Choice) -> Result<f64, FitError> {
+        let mut factor = self.factored(all, choice)?;
+        let m = choice.columns.len();
+        let inverse = factor.inverse_of_scaled();
+        let scale = factor.scale();
+        let held = |k: usize| inverse[(k, k)] * scale[k] * scale[k] * choice.information[k];
+        Ok(m as f64 - (0..m).map(held).sum::<f64>())
+    }
+
     /// Factors the normal matrix of a choice, from inner products of rows. The scale is computed from all rows, as those of a
     /// fold may not determine a parameter.
     fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<ScaledCholesky, FitError> {
