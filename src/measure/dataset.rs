@@ -4,7 +4,7 @@ pub mod clock_jump;
 pub(crate) mod columns;
 pub(crate) mod description;
 pub mod file;
-mod joint_limits;
+pub mod joint_limits;
 pub(crate) mod limits;
 pub(crate) mod samples_file;
 pub(crate) mod samples_header;
@@ -13,8 +13,6 @@ pub(crate) mod samples_schema;
 pub(crate) mod samples_text;
 
 use std::sync::Arc;
-
-pub use joint_limits::BeyondLimit;
 
 use nalgebra::{Rotation3, Vector3};
 
