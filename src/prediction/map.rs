@@ -36,7 +36,7 @@ impl WorkspaceError {
     /// let at = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
     /// let poses = vec![at(0.0, 0.0, 1.0), at(0.1, 0.0, 3.0), at(1.0, 2.0, 5.0)];
     /// # let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
-    /// # let expected = WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0 };
+    /// # let expected = WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0, at_least: false };
     /// let map = expected.map();
     /// assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
     /// assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
