@@ -33,7 +33,7 @@ use crate::measure::poses::Postures;
 
 pub use error::ImportError;
 pub use guess::{Guess, guess};
-pub use options::{FORMATS, Holdout, ImportOptions};
+pub use options::{FORMATS, Holdout, HoldoutChoice, ImportOptions};
 pub use report::{ImportReport, Skipped};
 
 /// Imports files of a [format](FORMATS) into one dataset, and reports the outcome of every row.
@@ -92,31 +92,63 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
     if !options.sets.is_empty() && options.sets.len() != files.len() {
         return Err(ImportError::SetsAndFiles { sets: options.sets.len(), files: files.len() });
     }
-    let (mut dataset, mut report) = match format {
+    let imported = match format {
         "ur10-ipa" => ur10_ipa::import(files, options)?,
         "ur5-jacobi" => ur5_jacobi::import(files, options)?,
         "mukca" => mukca::import(files, options)?,
         _ => generic::import(files, options)?,
     };
+    let (dataset, report) = imported;
+    finished(dataset, report, options)
+}
+
+/// The parts of an import that follow its rows.
+fn finished(
+    mut dataset: Dataset,
+    mut report: ImportReport,
+    options: &ImportOptions,
+) -> Result<(Dataset, ImportReport), ImportError> {
     if let Some(folder) = &options.set_up_of {
         take_set_up(&mut dataset, folder)?;
     }
     if let Some(holdout) = options.holdout {
-        hold_out(&mut dataset, holdout);
+        holdout.apply(&mut dataset);
     }
     balance(&mut dataset, &mut report);
     Ok((dataset, report))
 }
 
-/// Marks a fraction of the postures of set `fit` as validation, each with all its rows: another target seen from a posture that
-/// was fitted is no new one.
-fn hold_out(dataset: &mut Dataset, Holdout { fraction, seed }: Holdout) {
-    let is_fit = |s: &Sample| s.set == SampleSet::Fit;
-    let mut postures = Postures::of(&[NamedDataset::new("", dataset)], is_fit).members();
-    let places: Vec<usize> = (0..dataset.samples.len()).filter(|&k| is_fit(&dataset.samples[k])).collect();
-    let count = (fraction * postures.len() as f64).round() as usize;
-    postures.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    for &k in postures[..count].iter().flatten() {
-        dataset.samples[places[k]].set = SampleSet::Validation;
+/// Number of blocks into which postures are divided before whole ones of them are held out, if there are several postures a block.
+const BLOCKS: usize = 20;
+/// Fewest postures a block.
+const IN_A_BLOCK: usize = 3;
+
+impl Holdout {
+    /// Marks a fraction of the postures of set `fit` as validation, each with all its rows: another target seen from a posture that
+    /// was fitted is no new one.
+    pub fn apply(self, dataset: &mut Dataset) {
+        let is_fit = |s: &Sample| s.set == SampleSet::Fit;
+        let postures = Postures::of(&[NamedDataset::new("", dataset)], is_fit);
+        let places: Vec<usize> = (0..dataset.samples.len()).filter(|&k| is_fit(&dataset.samples[k])).collect();
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let count = (self.fraction * postures.count() as f64).round() as usize;
+        let mut members = postures.members();
+        match self.choice {
+            HoldoutChoice::Postures => members.shuffle(&mut random),
+            HoldoutChoice::Blocks => {
+                let joints: Vec<&[f64]> = places.iter().map(|&k| dataset.samples[k].q.as_slice()).collect();
+                let blocks = (postures.count() / IN_A_BLOCK).clamp(1, BLOCKS);
+                let of = postures.blocks(&joints, blocks, self.seed);
+                let mut order: Vec<usize> = (0..blocks).collect();
+                order.shuffle(&mut random);
+                let rank = |posture: usize| order.iter().position(|block| *block == of[posture]);
+                let mut by_block: Vec<usize> = (0..members.len()).collect();
+                by_block.sort_by_key(|&posture| rank(posture));
+                members = by_block.into_iter().map(|posture| std::mem::take(&mut members[posture])).collect();
+            }
+        }
+        for &k in members[..count].iter().flatten() {
+            dataset.samples[places[k]].set = SampleSet::Validation;
+        }
     }
 }

@@ -91,6 +91,7 @@ pub mod file_formats;
 pub mod files;
 pub mod identify;
 pub mod import;
+pub mod judgement;
 pub mod math;
 pub mod measure;
 pub mod monitoring;

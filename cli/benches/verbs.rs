@@ -51,7 +51,7 @@ fn ur10() -> Dataset {
 fn diagnose(named: &[NamedDataset<'_>], model: &Model) -> String {
     assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
     let poses = WorkspacePoses::of(named);
-    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let step = ladder_step(named, model, ground).unwrap();
     let advice = Advice::on(named, &step, ground).unwrap();
     let commands = Recommended::default();
@@ -74,7 +74,7 @@ fn verbs(c: &mut Criterion) {
     });
 
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let first = ladder_step(&named, &model, ground).unwrap();
     let step = || best_step(&named, &first, ground).unwrap();
     assert_eq!(step().unwrap().added, [MISSING]);

@@ -2,6 +2,7 @@
 //! cell or the disk.
 
 mod add;
+mod calibrate;
 mod catalogue;
 mod cell;
 mod check;
@@ -78,6 +79,8 @@ enum Verb {
     /// Run the whole procedure on a simulated cell (plan, master, probe, identify, validate) and check the scenario's
     /// expectations
     Run(run::Arguments),
+    /// Calibrate a robot from a table of joint angles and measured positions, judge it on poses held out, and write all results
+    Calibrate(calibrate::Arguments),
     /// Choose the poses to probe, by observability
     Plan(plan::Arguments),
     /// Probe the balls of a simulated or real cell, and write a dataset
@@ -186,6 +189,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
 fn perform(verb: &Verb) -> Result<Outcome, Failure> {
     match verb {
         Verb::Run(a) => run::run(a),
+        Verb::Calibrate(a) => calibrate::run(a),
         Verb::Runs(a) => runs::run(a),
         Verb::Fleet(a) => fleet::run(a),
         Verb::Plan(a) => plan::run(a),

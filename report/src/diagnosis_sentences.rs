@@ -140,6 +140,38 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
     (!all.is_empty()).then(|| all.join(" "))
 }
 
+/// The cause of what a model leaves, in one clause: what is abnormal before what is missing.
+#[must_use]
+pub fn cause_words(d: &Diagnosis) -> String {
+    if d.outcome != Outcome::Converged {
+        return format!("not known, as the fit {}", d.outcome.in_words());
+    }
+    if let Some(first) = abnormal_sentences(&d.abnormal).first() {
+        return first.trim_end_matches('.').to_owned();
+    }
+    let share =
+        |share: Option<f64>| share.map_or(String::new(), |s| format!(" explains {:.0} % of what the model leaves", 100.0 * s));
+    let of_first = || first(d).map_or(String::new(), |f| called(&d.registry, &f.hypothesis.in_model));
+    let lacking = match beneath(d) {
+        Verdict::DataDoNotFit => "the data do not fit the robot".to_owned(),
+        Verdict::NothingLeft | Verdict::SuspectSamples if d.is_thin() => "too few samples to find any".to_owned(),
+        Verdict::NothingLeft | Verdict::SuspectSamples => "what the model leaves is noise".to_owned(),
+        Verdict::NoiseLargerThanStated => "what the model leaves is noise, and more of it than stated".to_owned(),
+        Verdict::Identified => format!("{}{}", of_first(), share(d.explains)),
+        Verdict::Partly => format!("{}{}; more is missing", of_first(), share(d.explains)),
+        Verdict::Indistinguishable => {
+            let rivals = named(d).map(|f| &f.hypothesis.in_model);
+            format!("one of these, which the data cannot distinguish: {}", all_called(&d.registry, rivals))
+        }
+        Verdict::Unexplained => shape_words(d).unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
+        other => other.in_words(),
+    };
+    match d.scatter.suspects.as_slice() {
+        [] => lacking,
+        suspects => format!("{} disagree with all others; without them, {lacking}", suspects_named(suspects)),
+    }
+}
+
 /// True if a diagnosis that could have found something finds that nothing is lacking.
 #[must_use]
 pub fn finds_nothing(d: &Diagnosis) -> bool {

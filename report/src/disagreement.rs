@@ -53,7 +53,7 @@ fn between(measured: &Validation, expected: &WorkspaceError, outside: usize) -> 
 
 #[cfg(test)]
 mod tests {
-    use calibench::prediction::Banded;
+    use calibench::prediction::{Banded, PoseSource};
 
     use super::*;
 
@@ -74,7 +74,16 @@ mod tests {
 
     fn expected() -> WorkspaceError {
         let mean = Banded { expected: 0.2e-3, low: 0.15e-3, high: 0.3e-3 };
-        WorkspaceError { mean, max: mean, ranges_seen: None, elsewhere: None, poses: Vec::new(), noise: 0.0, at_least: false }
+        WorkspaceError {
+            at: PoseSource::Validation,
+            mean,
+            max: mean,
+            ranges_seen: None,
+            elsewhere: None,
+            poses: Vec::new(),
+            noise: 0.0,
+            at_least: false,
+        }
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod diagnosis;
 mod fleet;
 mod heat_map;
 mod import;
+mod judged;
 mod ladder;
 mod misfit;
 mod next;
@@ -50,6 +51,7 @@ pub use self::diagnosis::{
 pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};
+pub use self::judged::{BeforeAndAfter, ExpectedAt, Judged, JudgedFormat, StateErrors};
 pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};
 pub use self::misfit::{Correction, Misfit, MisfitFormat, MisfitResidual, Slip};
 pub use self::next::{

@@ -11,7 +11,7 @@ pub fn called(registry: &Registry, id: &str) -> String {
 }
 
 /// Several effects in a sentence.
-pub(super) fn all_called<'a, Id: AsRef<str> + 'a>(registry: &Registry, ids: impl IntoIterator<Item = &'a Id>) -> String {
+pub fn all_called<'a, Id: AsRef<str> + 'a>(registry: &Registry, ids: impl IntoIterator<Item = &'a Id>) -> String {
     ids.into_iter().map(|id| called(registry, id.as_ref())).collect::<Vec<_>>().join("; ")
 }
 

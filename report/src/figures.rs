@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use calibench::prediction::PoseSource;
+
 /// A figure, as `docs/glossary.md` lists it.
 #[derive(Debug, Clone, Copy)]
 pub struct Figure {
@@ -45,21 +47,49 @@ pub const CROSS_VALIDATED: Figure = Figure {
 
 /// Position error on rows of set `validation`, or of campaigns that were not fitted.
 pub const NOT_FITTED: Figure = Figure {
-    name: "measured on rows not fitted",
+    name: "measured, held out",
     meaning: "measured minus predicted on rows kept for validation, or of a campaign that was not fitted; the instrument's noise is part of it",
     verbs: &["validate", "compare", "add", "ladder", "run"],
     keys: &["validation", "checks"],
     function: path!(calibench::residuals::Validation::of),
 };
 
-/// Position error to expect over the workspace.
-pub const WORKSPACE: Figure = Figure {
-    name: "expected over the workspace",
-    meaning: "the position error to expect at postures all over the workspace, sampled from everything that the data leave possible; without the instrument's noise",
+/// Position error to expect at the poses that are held out.
+pub const EXPECTED_HELD_OUT: Figure = Figure {
+    name: "expected at the held-out poses",
+    meaning: "the position error to expect at the poses of set `validation`, sampled from everything that the fitted rows leave possible; without the instrument's noise",
     verbs: &["validate", "compare", "diagnose", "add", "ladder"],
     keys: &["workspace"],
     function: path!(calibench::prediction::WorkspaceError::predict),
 };
+
+/// Position error to expect where every joint is in the range in which it was measured.
+pub const EXPECTED_INSIDE: Figure = Figure {
+    name: "expected inside the measured ranges",
+    meaning: "the same at poses all over the ranges in which the joints were measured",
+    verbs: &["calibrate", "run"],
+    keys: &["inside"],
+    function: path!(calibench::prediction::WorkspaceError::predict),
+};
+
+/// Position error to expect over the limits of the joints.
+pub const EXPECTED_OVER: Figure = Figure {
+    name: "expected over the joint limits",
+    meaning: "the same at poses all over the limits of the joints; of data without held-out poses also the figure of the verbs that judge a model",
+    verbs: &["calibrate", "run", "compare", "diagnose", "add", "ladder", "next", "measure"],
+    keys: &["over_limits", "workspace"],
+    function: path!(calibench::prediction::WorkspaceError::predict),
+};
+
+/// The expected error at these poses.
+#[must_use]
+pub const fn expected(at: PoseSource) -> Figure {
+    match at {
+        PoseSource::Validation => EXPECTED_HELD_OUT,
+        PoseSource::Ranges => EXPECTED_INSIDE,
+        PoseSource::Limits => EXPECTED_OVER,
+    }
+}
 
 /// Position error to expect at one target.
 pub const HERE: Figure = Figure {
@@ -98,7 +128,18 @@ pub const UNEXPLAINED: Figure = Figure {
 };
 
 /// All figures, in the order in which a calibration is judged.
-pub const FIGURES: [Figure; 8] = [RESIDUAL, NOISE, NOISE_LEFT, UNEXPLAINED, CROSS_VALIDATED, NOT_FITTED, WORKSPACE, HERE];
+pub const FIGURES: [Figure; 10] = [
+    RESIDUAL,
+    NOISE,
+    NOISE_LEFT,
+    UNEXPLAINED,
+    CROSS_VALIDATED,
+    NOT_FITTED,
+    EXPECTED_HELD_OUT,
+    EXPECTED_INSIDE,
+    EXPECTED_OVER,
+    HERE,
+];
 
 /// The figures as a table in Markdown.
 #[must_use]
@@ -112,10 +153,10 @@ pub fn figures_table() -> String {
     out
 }
 
-/// The names for a page, by key.
-pub(crate) fn names() -> serde_json::Value {
+/// The names for a page whose expected error is at these poses, by key.
+pub(crate) fn names(at: PoseSource) -> serde_json::Value {
     serde_json::json!({
-        "residual": RESIDUAL.name, "cross_validated": CROSS_VALIDATED.name, "not_fitted": NOT_FITTED.name, "workspace": WORKSPACE.name,
+        "residual": RESIDUAL.name, "cross_validated": CROSS_VALIDATED.name, "not_fitted": NOT_FITTED.name, "workspace": expected(at).name,
         "noise": NOISE.name, "noise_left": NOISE_LEFT.name, "unexplained": UNEXPLAINED.name,
     })
 }

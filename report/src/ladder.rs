@@ -1,9 +1,10 @@
 //! The error after each step of a ladder, as a table.
 
-use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, WORKSPACE};
+use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, expected};
 use super::ladder_sentences::ladder_step_words;
 use super::printout::Printout;
 use super::tables::{Column, column, optional, plain_rows};
+use calibench::prediction::PoseSource;
 use calibench::residuals::Validation;
 use calibench::selection::ladder::LadderStep;
 use calibench::units::MM;
@@ -13,7 +14,8 @@ use calibench::units::MM;
 pub fn ladder_step_table(steps: &[&LadderStep]) -> Printout {
     let Some(first) = steps.first() else { return Printout::default() };
     let mm = |x: f64| format!("{:.4}", x / MM);
-    let mut header: Vec<Column> = ["model", RESIDUAL.name, CROSS_VALIDATED.name, WORKSPACE.name].map(column).into();
+    let at = steps.iter().find_map(|r| r.workspace.as_ref()).map_or(PoseSource::Limits, |w| w.at);
+    let mut header: Vec<Column> = ["model", RESIDUAL.name, CROSS_VALIDATED.name, expected(at).name].map(column).into();
     let validated = steps.iter().any(|r| r.validation.is_some());
     if validated {
         header.extend(["mean", "max"].map(|of| column(format!("{}, {of}", NOT_FITTED.name))));

@@ -2,7 +2,7 @@
 
 use super::effect_names::{all_called, called, each_called};
 use super::field::{shares_sentence, unused_sentence};
-use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
+use super::figures::{CROSS_VALIDATED, RESIDUAL, expected};
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::plain_table;
@@ -28,8 +28,8 @@ pub fn objection_sentence(objection: &Objection) -> String {
         Objection::CrossValidation { rms } => {
             format!("blocks that were not fitted are predicted no better: {}", from_to(rms))
         }
-        Objection::Workspace { mean } => {
-            format!("the error {} does not fall: {}", WORKSPACE.name, from_to(mean))
+        Objection::Workspace { at, mean } => {
+            format!("the error {} does not fall: {}", expected(*at).name, from_to(mean))
         }
         Objection::Session { name, rms } => format!("'{name}' is predicted worse: {}", from_to(rms)),
         Objection::Campaign { name, by } => {
@@ -133,7 +133,7 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     let workspace = ladder_step
         .workspace
         .as_ref()
-        .map_or(String::new(), |w| format!(", {} {:.3} mm", WORKSPACE.name, w.mean.expected / MM));
+        .map_or(String::new(), |w| format!(", {} {:.3} mm", expected(w.at).name, w.mean.expected / MM));
     let what = match ladder_step.added.as_slice() {
         [one] => format!("+ {}", called(&ladder_step.model.registry, one)),
         _ => what,
@@ -246,12 +246,14 @@ pub fn advice(ladder: &Ladder) -> String {
 /// measured; the expectation mostly comes true.
 fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
     let of = |ladder_step: &LadderStep| Some(ladder_step.workspace.as_ref()?.mean.expected / MM);
+    let at = ladder.first().workspace.as_ref()?.at;
     // The gate of a field has compared the two at the very same poses.
     let (before, after) = (of(ladder.first())?, of(ladder.recommended()).filter(|_| ladder.kind() != ChoiceKind::Field)?);
     (after > before * (1.0 + WORTH_A_WORD)).then(|| {
         format!(
-            " WARNING: over the workspace its error is expected to be larger, {after:.3} mm instead of {before:.3} mm: use it only where the campaign \
-             has measured, or measure where the robot is to work and name that with --check."
+            " WARNING: its error {} is larger, {after:.3} mm instead of {before:.3} mm: use it only where the campaign \
+             has measured, or measure where the robot is to work and name that with --check.",
+            expected(at).name
         )
     })
 }
@@ -275,8 +277,8 @@ pub fn choices_text(ladder: &Ladder) -> Printout {
     let table = plain_table(["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], rows);
     Printout::from(table)
         + format!(
-            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the error {} and the residual; a field of joint errors if it meets all its conditions.",
-            WORKSPACE.name
+            "\nOf those that are significant and leave about as little as the best, the one with the smallest product of the {} and the residual; a field of joint errors if it meets all its conditions.",
+            ladder.first().workspace.as_ref().map_or("expected error", |w| expected(w.at).name)
         )
 }
 

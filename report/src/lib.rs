@@ -12,6 +12,7 @@ mod effect_names;
 mod field;
 mod figures;
 mod finding_notes;
+mod first_screen;
 mod fleet;
 mod gallery;
 mod heat_map;
@@ -38,13 +39,15 @@ pub use check::{check_plan_text, check_text, condition_words, what_to_do};
 pub use comparison_plots::{PLOTS_MARK, write_comparison_plots};
 pub use comparison_tables::{comparison_headline, comparison_sentences, comparison_text};
 pub use diagnosis::diagnosis_tables;
-pub use diagnosis_sentences::{finds_nothing, lacking_sentence, sentences};
+pub use diagnosis_sentences::{cause_words, finds_nothing, lacking_sentence, sentences};
 pub use disagreement::{disagreement_sentence, judged_alike};
-pub use effect_names::{called, capital, each_called};
+pub use effect_names::{all_called, called, capital, each_called};
 pub use figures::{
-    CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
+    CROSS_VALIDATED, EXPECTED_HELD_OUT, EXPECTED_INSIDE, EXPECTED_OVER, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED,
+    RESIDUAL, UNEXPLAINED, expected, figures_table,
 };
 pub use finding_notes::added_sentences;
+pub use first_screen::{data_line, error_table, expected_sentence, first_screen, stage_name, what_to_do_now};
 pub use fleet::{fleet_sentence, fleet_text};
 pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_table};

@@ -42,7 +42,7 @@ pub fn next_table(p: &Proposal) -> Table {
             column("measurements"),
             optional(1, "P(truth)"),
             column("resolved"),
-            column("with all that may be missing, over the workspace, mm"),
+            column("expected over the joint limits with all that may be missing, mm"),
         ],
         rows,
     )
@@ -71,7 +71,9 @@ pub fn next_sentences(p: &Proposal) -> Vec<Sentence> {
         let minutes = offer.action.duration(step.count) / MINUTE;
         let what = match (p.criterion, step.forecast, step.error) {
             (Criterion::Discrimination, Some(forecast), _) => format!("resolve with chance {:.2}", forecast.resolved),
-            (_, _, Some(error)) => format!("leave {:.3} mm over the workspace, with all that may be missing", error / MM),
+            (_, _, Some(error)) => {
+                format!("leave {:.3} mm expected over the joint limits, with all that may be missing", error / MM)
+            }
             _ => "change nothing that could be measured".into(),
         };
         format!("{} {} {what}, in {minutes:.0} min", step.count, offer.action.words())

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use super::effect_names::{all_called, capital};
-use super::figures::WORKSPACE;
+use super::figures::expected;
 use super::tables::{Table, plain_rows};
 use calibench::identify::calibration::IdentifyError;
 use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError};
@@ -15,8 +15,6 @@ use calibench::units::MM;
 pub struct Forecast {
     /// The prediction.
     pub error: WorkspaceError,
-    /// Origin of the poses.
-    pub source: PoseSource,
     /// Extent of the poses beyond those of the fit.
     pub extrapolation: Extrapolation,
 }
@@ -32,9 +30,12 @@ impl Forecast {
     /// Describes the poses in words.
     pub fn poses(&self) -> String {
         let count = self.error.poses.len();
-        match self.source {
+        match self.error.at {
             PoseSource::Validation => format!("the {count} validation poses"),
-            PoseSource::Drawn => {
+            PoseSource::Ranges => {
+                format!("{count} poses sampled uniformly within the measured joint ranges, clear of the robot itself")
+            }
+            PoseSource::Limits => {
                 format!(
                     "{count} poses sampled uniformly within the joint limits, clear of the robot itself (no validation rows name better ones)"
                 )
@@ -51,7 +52,7 @@ impl Forecast {
         };
         format!(
             "{}: mean {}, largest {} (in brackets 10 to 90 % of what is to be expected; docs/comparing.md says how far to trust them); at {}.{least}",
-            capital(WORKSPACE.name),
+            capital(expected(self.error.at).name),
             banded(&self.error.mean),
             banded(&self.error.max),
             self.poses()
@@ -102,7 +103,7 @@ impl NoForecast {
 
 impl fmt::Display for NoForecast {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "The error {} cannot be predicted", WORKSPACE.name)?;
+        f.write_str("The error to expect cannot be predicted")?;
         match self {
             NoForecast::Undetermined(names) => match names.as_slice() {
                 [one] => write!(

@@ -58,6 +58,7 @@ pub(super) fn by_map(
     if !map.has_base {
         check_orientations(&dataset)?;
         fit_base_and_tool(&mut dataset);
+        dataset.base_found = true;
     }
     Ok((dataset, report))
 }

@@ -2,12 +2,12 @@
 //! nominal arm best.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
 use super::generic::by_map;
 use super::unknown_table::{Table, TableColumn};
-use super::{ImportError, ImportOptions};
+use super::{ImportError, ImportOptions, ImportReport, finished};
 use crate::files::FileError;
 use crate::measure::dataset::{Dataset, Measured};
 use crate::robot::kinematics::world_from_tool;
@@ -46,6 +46,18 @@ pub struct Guess {
     pub residual: f64,
     /// The table as understood.
     pub dataset: Dataset,
+}
+
+impl Guess {
+    /// Imports files of the kind of the table through the proposed map.
+    ///
+    /// # Errors
+    /// As [`import`](super::import::import).
+    pub fn import(&self, files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
+        let (map, dataset) = ColumnMap::parse(Path::new("map"), &self.map, Path::new(""))?;
+        let (dataset, report) = by_map(&map, dataset, files, &options.sets)?;
+        finished(dataset, report, options)
+    }
 }
 
 /// Proposes a column map for a table of joint angles and measured positions of a robot, which the map names by `reference`.

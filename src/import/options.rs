@@ -24,6 +24,16 @@ pub struct ImportOptions {
     pub set_up_of: Option<PathBuf>,
 }
 
+/// How the postures kept for validation are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HoldoutChoice {
+    /// One by one, at random: all have neighbours that are fitted.
+    #[default]
+    Postures,
+    /// By blocks of neighbours in joint space, at random: a harder judge, and nearer to what the robot meets at its work.
+    Blocks,
+}
+
 /// Rows kept for validation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holdout {
@@ -31,4 +41,6 @@ pub struct Holdout {
     pub fraction: f64,
     /// Seed of the draw: the same seed keeps the same rows.
     pub seed: u64,
+    /// How postures are chosen.
+    pub choice: HoldoutChoice,
 }

@@ -179,6 +179,8 @@ pub struct Dataset {
     pub gravity: Vector3<f64>,
     /// Nominal base in the world.
     pub base: FramePose,
+    /// True if this base was found from the rows, and nobody stated it.
+    pub base_found: bool,
     /// TCP frame in the last frame, as measured.
     pub tool: FramePose,
     /// One-sigma of each coordinate of the TCP, m; zero if taken as exact.
@@ -252,6 +254,7 @@ impl Default for Dataset {
             robot_reference: String::new(),
             gravity: DEFAULT_GRAVITY,
             base: FramePose::default(),
+            base_found: false,
             tool: FramePose::default(),
             tool_sigma: 0.0,
             probe_sigma: 0.0,

@@ -19,7 +19,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
 use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 use crate::measure::poses::PlannedPose;
-use crate::prediction::{Banded, WORKSPACE_POSES, WorkspaceError, workspace_poses};
+use crate::prediction::{Banded, WorkspaceError, WorkspacePoses};
 
 /// Samples between two predictions (decision 0036).
 const BATCH: usize = 4;
@@ -47,7 +47,7 @@ pub struct Adaptive {
     /// Mean error over the workspace that is requested, m.
     wanted: f64,
     /// Joints over the workspace, rad (N).
-    poses: Vec<Vec<f64>>,
+    poses: WorkspacePoses,
     /// Samples before the first prediction.
     first: usize,
     /// Ids of the poses to come, the next one first.
@@ -60,7 +60,7 @@ impl Adaptive {
     /// position error over the workspace is below `wanted` (m) with a probability of 90 %.
     pub fn new(cell: &Dataset, model: &Model, wanted: f64) -> Self {
         let cell = Dataset { samples: Vec::new(), ..cell.clone() };
-        let poses = workspace_poses(&cell, WORKSPACE_POSES);
+        let poses = WorkspacePoses::over_limits(&[NamedDataset::new("", &cell)]);
         Adaptive { cell, model: model.clone(), wanted, poses, first: 0, ahead: Vec::new(), reached: Vec::new() }
     }
 
@@ -146,7 +146,7 @@ impl Adaptive {
             return Ok(());
         }
         let relevance = Relevance::new(&examination)?;
-        let designer = Designer::new(&datasets, &examination, &[])?.with_workspace(&datasets, &relevance, &self.poses)?;
+        let designer = Designer::new(&datasets, &examination, &[])?.with_workspace(&datasets, &relevance, &self.poses.q)?;
         let pool = Pool { dataset: of(waiting), artifact_moved: false };
         let chosen = designer.before(&pool).choose(Criterion::Accuracy, BATCH)?;
         self.ahead = names(&chosen, waiting);

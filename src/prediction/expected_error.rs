@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::level::MEAN_LENGTH;
+use super::poses::PoseSource;
 use crate::measure::dataset::Dataset;
 use crate::robot::kinematics::world_from_tool;
 
@@ -43,6 +44,8 @@ impl Banded {
 /// Expected position error of a calibration over the workspace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkspaceError {
+    /// Where the robot is expected to err so.
+    pub at: PoseSource,
     /// Mean over the poses, m.
     pub mean: Banded,
     /// Largest error among the poses, m.
@@ -67,14 +70,14 @@ impl WorkspaceError {
     /// ```
     /// use std::f64::consts::PI;
     ///
-    /// use calibench::prediction::{Banded, WorkspaceError};
+    /// use calibench::prediction::{Banded, PoseSource, WorkspaceError};
     /// use calibench::units::UM;
     ///
     /// // Of a perfect robot an instrument of 10 µm per axis measures its own noise: 2 sqrt(2 / pi) times that, by Maxwell.
     /// let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
     /// # let (ranges_seen, elsewhere, poses) = (None, None, Vec::new());
     /// let (noise, at_least) = (10.0 * UM, false);
-    /// let perfect = WorkspaceError { mean: none, max: none, ranges_seen, elsewhere, poses, noise, at_least };
+    /// let perfect = WorkspaceError { at: PoseSource::Limits, mean: none, max: none, ranges_seen, elsewhere, poses, noise, at_least };
     /// assert!((perfect.mean_as_measured() - 2.0 * (2.0 / PI).sqrt() * 10.0 * UM).abs() < 1e-15);
     /// ```
     pub fn mean_as_measured(&self) -> f64 {
@@ -96,6 +99,7 @@ impl WorkspaceError {
         };
         let factor = (measured.mean.expected / self.mean.expected).max(1.0);
         WorkspaceError {
+            at: self.at,
             mean: larger(self.mean, measured.mean),
             max: larger(self.max, measured.max),
             ranges_seen: both(self.ranges_seen, measured.ranges_seen),

@@ -30,13 +30,14 @@ impl WorkspaceError {
     ///
     /// ```
     /// use calibench::nalgebra::Vector3;
-    /// use calibench::prediction::{Banded, ExpectedError, MapCell, WorkspaceError};
+    /// use calibench::prediction::{Banded, ExpectedError, MapCell, PoseSource, WorkspaceError};
     ///
     /// // Two poses at the axis, one far out and high.
-    /// let at = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
-    /// let poses = vec![at(0.0, 0.0, 1.0), at(0.1, 0.0, 3.0), at(1.0, 2.0, 5.0)];
+    /// let pose = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
+    /// let poses = vec![pose(0.0, 0.0, 1.0), pose(0.1, 0.0, 3.0), pose(1.0, 2.0, 5.0)];
     /// # let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
-    /// # let expected = WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0, at_least: false };
+    /// # let (at, mean, max, ranges_seen, elsewhere, noise, at_least) = (PoseSource::Limits, none, none, None, None, 0.0, false);
+    /// # let expected = WorkspaceError { at, mean, max, ranges_seen, elsewhere, poses, noise, at_least };
     /// let map = expected.map();
     /// assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
     /// assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
@@ -64,6 +65,7 @@ impl WorkspaceError {
 #[cfg(test)]
 mod tests {
     use super::super::expected_error::{Banded, ExpectedError};
+    use super::super::poses::PoseSource;
     use super::*;
     use nalgebra::Vector3;
 
@@ -72,9 +74,17 @@ mod tests {
         let pose = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
         let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
         let poses = vec![pose(0.0, 0.0, 1.0), pose(0.1, 0.0, 3.0), pose(1.0, 2.0, 5.0)];
-        let map =
-            WorkspaceError { mean: none, max: none, ranges_seen: None, elsewhere: None, poses, noise: 0.0, at_least: false }
-                .map();
+        let map = WorkspaceError {
+            at: PoseSource::Limits,
+            mean: none,
+            max: none,
+            ranges_seen: None,
+            elsewhere: None,
+            poses,
+            noise: 0.0,
+            at_least: false,
+        }
+        .map();
         assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
         assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
         assert_eq!(map.cells.iter().flatten().flatten().map(|c| c.poses).sum::<usize>(), 3);

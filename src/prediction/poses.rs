@@ -1,5 +1,7 @@
 //! The poses at which an error is predicted, and what a campaign has seen of them.
 
+use std::sync::Arc;
+
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -40,8 +42,10 @@ pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
 pub enum PoseSource {
     /// The rows of set `validation`, on which the robot is to be judged.
     Validation,
+    /// Drawn uniformly in the ranges of the joints in the rows that are fitted, without self-collision.
+    Ranges,
     /// Drawn uniformly in the joint limits, without self-collision.
-    Drawn,
+    Limits,
 }
 
 /// Poses at which an error is predicted.
@@ -54,6 +58,9 @@ pub struct WorkspacePoses {
 }
 
 impl WorkspacePoses {
+    /// No poses: nothing is predicted.
+    pub const NONE: WorkspacePoses = WorkspacePoses { q: Vec::new(), source: PoseSource::Limits };
+
     /// Returns the poses of the datasets' validation rows; if there are none, [`workspace_poses`] of the first dataset.
     pub fn of(datasets: &[NamedDataset<'_>]) -> Self {
         let rows = datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| s.set == SampleSet::Validation));
@@ -61,8 +68,23 @@ impl WorkspacePoses {
         if !judged.is_empty() {
             return WorkspacePoses { q: judged, source: PoseSource::Validation };
         }
+        WorkspacePoses::over_limits(datasets)
+    }
+
+    /// Returns poses over the joint limits of the first dataset's robot.
+    pub fn over_limits(datasets: &[NamedDataset<'_>]) -> Self {
         let drawn = datasets.first().map(|d| workspace_poses(d.dataset, WORKSPACE_POSES));
-        WorkspacePoses { q: drawn.unwrap_or_default(), source: PoseSource::Drawn }
+        WorkspacePoses { q: drawn.unwrap_or_default(), source: PoseSource::Limits }
+    }
+
+    /// Returns poses inside joint ranges (rad or m, one for each joint), in the cell of the first dataset.
+    pub fn inside(datasets: &[NamedDataset<'_>], ranges: &[[f64; 2]]) -> Self {
+        let drawn = datasets.first().map(|d| {
+            let mut robot = Robot::clone(&d.dataset.robot);
+            robot.links.iter_mut().zip(ranges).for_each(|(link, range)| link.limits = *range);
+            workspace_poses(&Dataset { robot: Arc::new(robot), samples: Vec::new(), ..d.dataset.clone() }, WORKSPACE_POSES)
+        });
+        WorkspacePoses { q: drawn.unwrap_or_default(), source: PoseSource::Ranges }
     }
 }
 

@@ -14,7 +14,7 @@ use super::at_new_poses::AtNewPoses;
 use super::expected_error::{Banded, WorkspaceError, expected_errors};
 use super::field::{HeldField, expected_of_model};
 use super::level::Level;
-use super::poses::{SEED, at_poses, seen, undetermined};
+use super::poses::{SEED, WorkspacePoses, at_poses, seen, undetermined};
 use super::posterior::Posterior;
 use super::worker::Worker;
 use crate::diagnosis::Examination;
@@ -22,7 +22,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::{Dataset, NamedDataset};
 
 impl WorkspaceError {
-    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) in the first set-up, with its first
+    /// Predicts the error of the examined fit at these poses in the first set-up, with its first
     /// payload, at the end of the session; `None` without poses, or if the data do not determine the set-up itself
     /// ([`undetermined`]).
     ///
@@ -31,7 +31,7 @@ impl WorkspaceError {
     pub fn predict(
         datasets: &[NamedDataset<'_>],
         examination: &Examination,
-        poses: &[Vec<f64>],
+        poses: &WorkspacePoses,
     ) -> Result<Option<Self>, IdentifyError> {
         WorkspaceError::predict_with(datasets, examination, poses, None)
     }
@@ -40,17 +40,19 @@ impl WorkspaceError {
     pub(crate) fn predict_with(
         datasets: &[NamedDataset<'_>],
         examination: &Examination,
-        poses: &[Vec<f64>],
+        poses: &WorkspacePoses,
         worker: Option<&dyn Worker>,
     ) -> Result<Option<Self>, IdentifyError> {
         let Some(NamedDataset { dataset: first, .. }) =
-            datasets.first().filter(|_| !poses.is_empty() && undetermined(examination).is_empty())
+            datasets.first().filter(|_| !poses.q.is_empty() && undetermined(examination).is_empty())
         else {
             return Ok(None);
         };
         if let Some(held) = HeldField::of_model(datasets, &examination.model) {
             return held.workspace(datasets, poses);
         }
+        let at = poses;
+        let poses = at.q.as_slice();
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
         let posterior = Posterior::of(datasets, examination, worker)?;
@@ -83,6 +85,7 @@ impl WorkspaceError {
         let [ranges_seen, elsewhere] = parts.map(|draws| (!draws.is_empty()).then(|| Banded::of(draws)));
         let each = expected_errors(&there, poses, |p| sum[p] / errors.ncols() as f64);
         let drawn = WorkspaceError {
+            at: at.source,
             mean: Banded::of(means),
             max: Banded::of(maxima),
             ranges_seen,
@@ -91,7 +94,7 @@ impl WorkspaceError {
             noise: level.noise,
             at_least: false,
         };
-        Ok(Some(match expected_of_model(datasets, examination, poses)? {
+        Ok(Some(match expected_of_model(datasets, examination, at)? {
             Some(measured) => drawn.or_as_measured(&measured),
             None => drawn,
         }))

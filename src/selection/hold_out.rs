@@ -6,14 +6,15 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use crate::measure::poses::Postures;
+use crate::prediction::WorkspacePoses;
 use crate::prediction::worker::Worker;
 use crate::residuals::Validation;
 
 /// The poses and campaigns on which a model is judged, besides the rows that it is fitted to.
 #[derive(Debug, Clone, Copy)]
 pub struct HoldOut<'a> {
-    /// Poses at which the error is predicted: joint angles, rad (N).
-    pub poses: &'a [Vec<f64>],
+    /// Poses at which the error is predicted.
+    pub poses: &'a WorkspacePoses,
     /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is re-fitted
     /// for each. They are judged on their rows of set `validation`, or on all rows if there are none.
     pub checks: &'a [NamedDataset<'a>],

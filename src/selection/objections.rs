@@ -7,7 +7,7 @@ use super::withdrawal::Contradiction;
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::folds::Division;
 use crate::effects::{self, EffectId};
-use crate::prediction::WorkspaceError;
+use crate::prediction::{PoseSource, WorkspaceError};
 
 /// Smallest share by which the cross-validated rms or the predicted error must decrease to count as an improvement.
 const A_FALL: f64 = 0.005;
@@ -35,8 +35,10 @@ pub enum Objection {
         /// Rms before and after, m.
         rms: [f64; 2],
     },
-    /// The error expected over the workspace does not decrease.
+    /// The expected error does not decrease.
     Workspace {
+        /// Where it is expected.
+        at: PoseSource,
         /// Mean before and after, m.
         mean: [f64; 2],
     },
@@ -224,7 +226,7 @@ impl<'a> Compared<'a> {
         if let (Some(before), Some(after)) = (below.workspace, above.workspace) {
             let mean = [before.mean.expected, after.mean.expected];
             if mean[1] > mean[0] * (1.0 - A_FALL) {
-                all.push(Objection::Workspace { mean });
+                all.push(Objection::Workspace { at: after.at, mean });
             }
         }
         all

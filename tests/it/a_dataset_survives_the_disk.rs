@@ -86,6 +86,7 @@ impl Generator {
             robot_reference: robot.robot_reference.clone(),
             gravity: self.vector(9.81),
             base: self.frame(),
+            base_found: self.0.random(),
             tool: self.frame(),
             tool_sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
             probe_sigma: self.sometimes(|g| g.positive(0.01)).unwrap_or(0.0),

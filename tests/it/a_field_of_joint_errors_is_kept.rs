@@ -71,7 +71,7 @@ fn erring(seed: u64, samples: usize) -> Dataset {
 fn climbed(data: &Dataset) -> Ladder {
     let named = [NamedDataset::new("erring", data)];
     let poses = WorkspacePoses::of(&named);
-    ladder(&named, &Model::default_for(data), HoldOut { poses: &poses.q, checks: &[], worker: None }).unwrap()
+    ladder(&named, &Model::default_for(data), HoldOut { poses: &poses, checks: &[], worker: None }).unwrap()
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn it_is_judged_by_what_it_did_not_see() {
     assert!(chosen.cross_validated > chosen.fit);
     // The same file on the same data gives the same figures.
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let again = calibench::selection::ladder::ladder_step(&named, &chosen.model, ground).unwrap();
     assert_eq!(again.cross_validated, chosen.cross_validated);
     assert_eq!(again.workspace, chosen.workspace);

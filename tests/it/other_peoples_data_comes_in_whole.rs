@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::import::{Holdout, ImportError, ImportOptions, import};
+use calibench::import::{Holdout, HoldoutChoice, ImportError, ImportOptions, import};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
 use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
 use calibench::robot::kinematics::world_from_tool;
@@ -219,8 +219,11 @@ fn a_share_is_held_out_by_its_seed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (map, table) = small_table(folder.path());
     let held = |seed| {
-        let options =
-            ImportOptions { map: Some(map.clone()), holdout: Some(Holdout { fraction: 0.25, seed }), ..Default::default() };
+        let options = ImportOptions {
+            map: Some(map.clone()),
+            holdout: Some(Holdout { fraction: 0.25, seed, choice: HoldoutChoice::Postures }),
+            ..Default::default()
+        };
         let (dataset, _) = bring("generic", std::slice::from_ref(&table), &options);
         dataset.samples.iter().map(|s| s.set == SampleSet::Validation).collect::<Vec<bool>>()
     };
@@ -246,7 +249,8 @@ fn what_cannot_be_imported_says_why() {
     says("ur10-ipa", std::slice::from_ref(&table), &options, "there is no such column");
     says("ur5-jacobi", std::slice::from_ref(&table), &options, "joint_1: there is no such column; this file has a1, a2");
     says("mukca", &[folder.path().to_owned()], &options, "hole_0.csv");
-    let too_much = ImportOptions { holdout: Some(Holdout { fraction: 1.5, seed: 1 }), ..options.clone() };
+    let too_much =
+        ImportOptions { holdout: Some(Holdout { fraction: 1.5, seed: 1, choice: HoldoutChoice::Postures }), ..options.clone() };
     says("generic", std::slice::from_ref(&table), &too_much, "between 0 and 1");
     let sets = ImportOptions { sets: vec![SampleSet::Fit; 2], ..options.clone() };
     says("generic", std::slice::from_ref(&table), &sets, "2 sets for 1 files");

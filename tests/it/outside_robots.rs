@@ -193,7 +193,7 @@ pub fn climbed(class: Class, seed: u64) -> Climbed {
     let named = [NamedDataset::new("robot", &outside.dataset)];
     let model = Model::default_for(&outside.dataset);
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let ladder = ladder(&named, &model, ground).expect("a ladder");
     let rms = |step: &LadderStep| step.validation.as_ref().expect("rows of set validation").rms / MM;
     let advice = Advice::on(&named, ladder.first(), ground).expect("an advice");

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::import::{Holdout, ImportOptions, import};
+use calibench::import::{Holdout, HoldoutChoice, ImportOptions, import};
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::residuals::Validation;
 use calibench::robot::FramePose;
@@ -25,7 +25,7 @@ fn bring(format: &str, files: &[PathBuf], options: &ImportOptions) -> Dataset {
 fn ur10() -> Dataset {
     let root = data("ur10-ipa");
     let files = [root.join("Series_A/measurements_grid.csv"), root.join("Series_B/measurements_joint_configurations.csv")];
-    let holdout = Some(Holdout { fraction: 0.3, seed: 1 });
+    let holdout = Some(Holdout { fraction: 0.3, seed: 1, choice: HoldoutChoice::Postures });
     bring("ur10-ipa", &files, &ImportOptions { holdout, ..ImportOptions::default() })
 }
 

@@ -9,8 +9,9 @@ use calibench::diagnosis::{Verdict, diagnose};
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::import::{Holdout, ImportOptions, import};
+use calibench::import::{Holdout, HoldoutChoice, ImportOptions, import};
 use calibench::measure::dataset::{Dataset, NamedDataset, Sample};
+use calibench::prediction::WorkspacePoses;
 use calibench::residuals::Validation;
 use calibench::selection::Objection;
 use calibench::selection::hold_out::HoldOut;
@@ -20,7 +21,7 @@ use calibench::units::MM;
 use crate::oracles::data;
 
 /// A step has to prove itself on the data that are fitted, block by block.
-const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &[], checks: &[], worker: None };
+const NOTHING_ELSE: HoldOut<'_> = HoldOut { poses: &WorkspacePoses::NONE, checks: &[], worker: None };
 
 fn bring(format: &str, files: &[PathBuf], holdout: Option<Holdout>) -> Dataset {
     let options = ImportOptions { holdout, ..ImportOptions::default() };
@@ -33,7 +34,7 @@ const CONFIGURATIONS: &str = "Series_B/measurements_joint_configurations.csv";
 /// Campaigns of the UR10; of each, a share of the rows drawn at random is held out.
 fn ur10(files: &[&str], fraction: f64) -> Dataset {
     let root = data("ur10-ipa");
-    let holdout = (fraction > 0.0).then_some(Holdout { fraction, seed: 1 });
+    let holdout = (fraction > 0.0).then_some(Holdout { fraction, seed: 1, choice: HoldoutChoice::Postures });
     bring("ur10-ipa", &files.iter().map(|f| root.join(f)).collect::<Vec<_>>(), holdout)
 }
 

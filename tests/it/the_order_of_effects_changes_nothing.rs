@@ -51,7 +51,7 @@ fn said(named: &[NamedDataset<'_>], effects: &[&str]) -> (Calibration, Workspace
     let examination = Examination::new(named, &model).unwrap();
     let diagnosis = diagnose_examined(named, &examination).unwrap();
     let poses = WorkspacePoses::of(named);
-    let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap().expect("it can be predicted");
+    let error = WorkspaceError::predict(named, &examination, &poses).unwrap().expect("it can be predicted");
     let findings = diagnosis.findings.iter().map(|f| f.probability.to_bits());
     let figures = [calibration.rms, diagnosis.chi2_per_dof, diagnosis.nothing];
     (calibration, error, figures.iter().map(|x| x.to_bits()).chain(findings).collect())

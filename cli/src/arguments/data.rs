@@ -162,13 +162,13 @@ pub fn forecast(
     examination: &Examination,
     poses: &WorkspacePoses,
 ) -> Result<Result<Forecast, NoForecast>, IdentifyError> {
-    let Some(error) = WorkspaceError::predict(named, examination, &poses.q)? else {
+    let Some(error) = WorkspaceError::predict(named, examination, poses)? else {
         return Ok(Err(NoForecast::of(&undetermined(examination))));
     };
     let ranges = examination.problem().joint_ranges();
     let extrapolation =
         Extrapolation::of(examination.problem().robot(), &ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
-    Ok(Ok(Forecast { error, source: poses.source, extrapolation }))
+    Ok(Ok(Forecast { error, extrapolation }))
 }
 
 /// Reads a calibration; warns on standard error if its fit did not converge.

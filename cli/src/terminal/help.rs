@@ -6,7 +6,7 @@ use clap::Command;
 const STAGES: [(&str, &[&str]); 7] = [
     ("Data and robots", &["import", "robots", "effects", "gallery"]),
     ("Measure", &["plan", "cell", "measure", "repeatability", "next"]),
-    ("Calibrate", &["identify", "validate", "compare", "runs", "fleet"]),
+    ("Calibrate", &["calibrate", "identify", "validate", "compare", "runs", "fleet"]),
     ("Find what is missing", &["diagnose", "add", "ladder", "prove", "report", "workbench"]),
     ("Use the calibration", &["compensate", "check"]),
     ("Simulate and study", &["run", "serve", "study", "merge", "design", "precision", "suite"]),
@@ -14,7 +14,11 @@ const STAGES: [(&str, &[&str]); 7] = [
 ];
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 31] = [
+const EXAMPLES: [(&str, &[&str]); 32] = [
+    (
+        "calibrate",
+        &["calibrate measurements.csv --robot ur5 --noise 20um --tolerance 0.2mm -o ur5", "calibrate runs/paper/trical -o kr6"],
+    ),
     ("run", &["run scenarios/paper.toml", "run scenarios/paper.toml --out runs/paper --seed 7"]),
     ("plan", &["plan scenarios/paper.toml -o plan.toml", "plan cell.toml -o plan.toml"]),
     (

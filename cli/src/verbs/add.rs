@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = crate::arguments::data::named(&checks);
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &checks, worker: None };
+    let ground = HoldOut { poses: &poses, checks: &checks, worker: None };
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
     let before = ladder_step(&named, &model, ground).map_err(locate)?;

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let bar = Stages::new(2);
     bar.begin("fitting the model, testing every effect");
     let mut step = ladder_step(&named, &model, ground).map_err(locate)?;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&step.calibration, &poses);
     let diagnosis = &step.diagnosis;
     let forecast = match &step.workspace {
-        Some(error) => Ok(Forecast { error: error.clone(), source: poses.source, extrapolation: beyond }),
+        Some(error) => Ok(Forecast { error: error.clone(), extrapolation: beyond }),
         None => Err(NoForecast::of(&step.undetermined)),
     };
     if arguments.json {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use calibench::files::disk::{check_output_file, check_output_folder, write_whole};
 use calibench::files::streams::is_standard_output;
 use calibench::identify::problem::Use;
-use calibench::import::{Holdout, ImportOptions, guess, import};
+use calibench::import::{Holdout, HoldoutChoice, ImportOptions, guess, import};
 use calibench::measure::campaign::journal::refuse_measured;
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
 use calibench::measure::dataset::{NamedDataset, SampleSet};
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
     refuse_measured(&arguments.output)?;
-    let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
+    let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed, choice: HoldoutChoice::Postures });
     let (files, sets) = sets(arguments)?;
     let options = ImportOptions {
         holdout,

@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
-    let ground = HoldOut { poses: &poses.q, checks: &checks, worker: None };
+    let ground = HoldOut { poses: &poses, checks: &checks, worker: None };
     let waiting = Waiting::new("diagnosing");
     let ladder = observed_ladder(&named, &model, ground, &mut |progress| {
         tell_progress(&waiting, &model.registry, &progress);

@@ -16,7 +16,7 @@ use calibench::measure::dataset::{Dataset, NamedDataset, Sample, SampleSet};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, read_plan};
 use calibench::planning::{Adaptive, LOOKS};
 use calibench::units::MM;
-use calibench_report::{Recommended, WORKSPACE, finds_nothing, lacking_sentence};
+use calibench_report::{EXPECTED_OVER, Recommended, finds_nothing, lacking_sentence};
 
 use self::cell as measure_cell;
 use crate::arguments::choices::PlantChoice;
@@ -172,7 +172,7 @@ fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
     };
     let [expected, low, high] = [last.mean.expected, last.mean.low, last.mean.high].map(|x| x / MM);
     let said =
-        format!("{}: {expected:.3} mm ({low:.3} to {high:.3}, 10 to 90 %) after {} probings", WORKSPACE.name, last.samples);
+        format!("{}: {expected:.3} mm ({low:.3} to {high:.3}, 10 to 90 %) after {} probings", EXPECTED_OVER.name, last.samples);
     if adaptive.is_enough() {
         return format!("Enough: {said}; below {until_mm} mm with a probability of 90 %, by {LOOKS} predictions in a row.");
     }

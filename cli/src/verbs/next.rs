@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(_) => None,
         None => {
             let at = WorkspacePoses::of(&named);
-            Some(planned_for(&named, &model, HoldOut { poses: &at.q, checks: &[], worker: None }).map_err(locate)?)
+            Some(planned_for(&named, &model, HoldOut { poses: &at, checks: &[], worker: None }).map_err(locate)?)
         }
     };
     let model = planned.as_ref().map_or(&model, |p| &p.ladder_step().model);

@@ -74,6 +74,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// Writes the report of datasets with a model.
+pub(super) fn write_report(folders: &[PathBuf], model: &Path, path: &Path) -> Result<(), Failure> {
+    let page = page(&open(folders, Some(model), true, false)?, folders, Some(model), false)?;
+    Ok(write_whole(path, page_html(&page.document).as_bytes())?)
+}
+
 /// Writes the report of a run into its folder, even if its data do not fit: they were used for the identification, and the page
 /// says so.
 pub fn write_report_of(run: &Path) -> Result<(), Failure> {

@@ -9,12 +9,15 @@ use calibench::files::disk::replace_folder;
 use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::identify::calibration::write_calibration;
 use calibench::identify::model_file::write_model;
+use calibench::judgement::ErrorTable;
 use calibench::measure::centring::Phase;
 use calibench::measure::dataset::file::write_dataset;
 use calibench::prediction::WorkspacePoses;
 use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
-use calibench_report::{Printout, Table, documents, histogram, judged_alike, plain_table, validation_row, validation_table};
+use calibench_report::{
+    Printout, Table, documents, histogram, judged_alike, plain_table, stage_name, validation_row, validation_table,
+};
 
 use super::identify::story;
 use super::plan::chosen_sentence;
@@ -129,7 +132,10 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
         scenario.plant.name(),
         run.seed
     ))?;
-    print("PLAN")?;
+    print_answer("POSITION ERRORS, measured, held out: the tracker's validation poses (paper: Table 9)")?;
+    print_answer(errors_table(run))?;
+    difference(run).iter().try_for_each(|sentence| print(sentence))?;
+    print("\nPLAN")?;
     print(chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
     print(chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
     print("\nMASTERING")?;
@@ -144,11 +150,6 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     print(centring_summary(run))?;
     print("\nPARAMETERS, by TriCal")?;
     print(story(&run.trical.calibration))?;
-    print_answer(
-        "POSITION ERRORS after calibration, measured on rows not fitted: the tracker's validation poses (paper: Table 9)",
-    )?;
-    print_answer(errors_table(run))?;
-    difference(run).iter().try_for_each(|sentence| print(sentence))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
     print(histogram(&run.trical.validation, 12))?;
     print(
@@ -177,7 +178,11 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
 
 /// Position errors before and after calibration, each method's above the paper's.
 fn errors_table(run: &Run) -> Table {
-    let mut rows = vec![validation_row("nominal", &run.before)];
+    let judged = [NamedDataset::new("validation", &run.validation)];
+    let table = ErrorTable::of(&judged, &run.trical.calibration, None);
+    let before = table.rows.iter().take(2);
+    let mut rows: Vec<_> =
+        before.filter_map(|row| Some(validation_row(stage_name(row.stage), row.errors.as_ref().ok()?))).collect();
     for method in [&run.trical, &run.tracker] {
         rows.push(validation_row(title(method.name), &method.validation));
         if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
+use calibench::judgement::ErrorTable;
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::prediction::Extrapolation;
 use calibench::residuals::Validation;
 use calibench::units::MM;
-use calibench_report::documents::{OutsideRange, Validated};
+use calibench_report::documents::{BeforeAndAfter, OutsideRange, Validated};
 use calibench_report::{
     NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, orientation_table,
-    validation_row, validation_table,
+    stage_name, validation_row, validation_table,
 };
 
 use super::compare::of_fitted_rows;
@@ -70,8 +71,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         true => of_fitted_rows(&calibration, &named(&datasets)),
         false => Err(NoForecast::OtherRows),
     };
+    let table = ErrorTable::of(&named(&datasets), &calibration, None);
     if arguments.json {
         print_json(&Validated {
+            states: Some(BeforeAndAfter::of(&table)),
             errors: documents::Validation::of(&validation),
             outside_range: OutsideRange::of(&beyond),
             fitted,
@@ -81,7 +84,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let figure = if is_the_fit || fitted.is_some_and(|share| share > 0.5) { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
-    print_answer(validation_table(vec![validation_row(&name, &validation)]))?;
+    let before =
+        table.rows.iter().take(2).filter_map(|row| Some(validation_row(stage_name(row.stage), row.errors.as_ref().ok()?)));
+    print_answer(validation_table(before.chain([validation_row(&name, &validation)]).collect()))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(orientation_table(errors)))?;
     if let Ok(forecast) = expected {
         print(forecast.sentence())?;

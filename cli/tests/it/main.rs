@@ -14,6 +14,7 @@ mod a_step_is_judged_before_it_is_taken;
 mod a_study_is_the_same_however_it_is_cut;
 mod advice_is_held_to_rows_left_out;
 mod bad_input_ends_in_one_clear_error;
+mod calibrate_is_one_command;
 mod compare_tells_where_a_calibration_fails;
 mod compensate_goes_through_the_program;
 mod data_show_what_they_can;

@@ -3,8 +3,8 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Ladder, Misfit, Next, Run,
-    Runs, Step, Validated,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Judged, Ladder, Misfit, Next,
+    Run, Runs, Step, Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.
@@ -19,6 +19,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-diagnosis", schema_for!(Diagnosis)),
         ("calibench-fleet", schema_for!(Fleet)),
         ("calibench-import-report", schema_for!(ImportReport)),
+        ("calibench-judgement", schema_for!(Judged)),
         ("calibench-ladder", schema_for!(Ladder)),
         ("calibench-misfit", schema_for!(Misfit)),
         ("calibench-next", schema_for!(Next)),

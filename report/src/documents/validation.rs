@@ -5,7 +5,7 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{OutsideRange, Workspace, format_tag};
+use super::{BeforeAndAfter, OutsideRange, Workspace, format_tag};
 
 format_tag!(ValidationFormat, "calibench-validation/1");
 
@@ -99,6 +99,9 @@ pub struct Validated {
     /// The position errors.
     #[serde(flatten)]
     pub errors: Validation,
+    /// The errors at these rows before the calibration and after it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub states: Option<BeforeAndAfter>,
     /// Rows outside the joint ranges of the calibration; null if there are none.
     pub outside_range: Option<OutsideRange>,
     /// Share of these rows that are the same as rows that were fitted, joints and readings; an estimate where more than 2,048 were

@@ -60,7 +60,7 @@ pub struct Workspace {
     /// Number of poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<usize>,
-    /// Origin of the poses: `validation` or `drawn`.
+    /// Origin of the poses: `validation`, or drawn in the measured `ranges` of the joints, or `drawn` in their limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Map of the error.
@@ -113,6 +113,11 @@ impl Workspace {
     #[must_use]
     pub fn of(w: &WorkspaceError) -> Self {
         let [mean, max] = [&w.mean, &w.max].map(ExpectedPart::of);
+        let from = match w.at {
+            PoseSource::Validation => "validation",
+            PoseSource::Ranges => "ranges",
+            PoseSource::Limits => "drawn",
+        };
         Workspace {
             ranges_seen: w.ranges_seen.as_ref().map(ExpectedPart::of),
             elsewhere: w.elsewhere.as_ref().map(ExpectedPart::of),
@@ -121,8 +126,8 @@ impl Workspace {
             mean_band_mm: mean.expected_band_mm,
             max_mm: max.expected_mm,
             max_band_mm: max.expected_band_mm,
-            poses: None,
-            from: None,
+            poses: Some(w.poses.len()),
+            from: Some(from.into()),
             map: None,
         }
     }
@@ -132,13 +137,7 @@ impl Workspace {
     pub fn of_forecast(forecast: &Forecast) -> Self {
         let map = forecast.error.map();
         let mm = |edges: &[f64]| edges.iter().map(|x| x / MM).collect::<Vec<f64>>();
-        let from = match forecast.source {
-            PoseSource::Validation => "validation",
-            PoseSource::Drawn => "drawn",
-        };
         Workspace {
-            poses: Some(forecast.error.poses.len()),
-            from: Some(from.into()),
             map: Some(WorkspaceMap {
                 radius_mm: mm(&map.radius),
                 height_mm: mm(&map.height),

@@ -40,6 +40,8 @@ interface Report extends Worded {
   comparison: { sentences: string[]; worst: WorstSample[] };
   validation?: JudgedErrors | null;
   workspace?: Workspace | null;
+  /** The errors before the calibration and after it, at the same poses. */
+  states?: States | null;
   /** The robot as drawn, judged on the same rows. */
   drawn: {
     name: string;
@@ -68,6 +70,21 @@ interface Figures {
   expected?: Expected | null;
   validation?: JudgedErrors | null;
   disagreement?: string | null;
+}
+
+/** Errors in one state of the robot. */
+interface StateErrors {
+  mean_mm: number | null;
+  p95_mm: number | null;
+  max_mm: number | null;
+  absent?: string | null;
+}
+
+interface States {
+  held_out: boolean;
+  as_delivered: StateErrors;
+  nominal: StateErrors;
+  calibrated: StateErrors;
 }
 
 interface Expected {

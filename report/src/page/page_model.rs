@@ -12,6 +12,7 @@ use crate::disagreement_sentence;
 use crate::documents;
 use crate::effect_names::capital;
 use crate::figures;
+use crate::first_screen::stage_name;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
 use crate::{Forecast, NoForecast, abnormal_sentences, symptom_sentence, unconverged_sentence, unresolved_sentences};
@@ -20,6 +21,7 @@ use calibench::effects::variable_in_words;
 use calibench::identify::Prediction;
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
+use calibench::judgement::{ErrorTable, Stage};
 use calibench::measure::dataset::{NamedDataset, SampleSet};
 use calibench::prediction::worker::Worker;
 use calibench::prediction::{Extrapolation, PoseSource, WorkspacePoses};
@@ -45,7 +47,7 @@ impl PageModel {
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
         let poses = PageModel::poses(subject);
-        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
+        let ground = HoldOut { poses: &poses, checks: &[], worker: subject.worker };
         let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject)?;
         Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
@@ -59,7 +61,7 @@ impl PageModel {
         subject: &PageSubject<'_>,
         poses: Arc<WorkspacePoses>,
     ) -> Result<Self, IdentifyError> {
-        let ground = HoldOut { poses: &poses.q, checks: &[], worker: subject.worker };
+        let ground = HoldOut { poses: &poses, checks: &[], worker: subject.worker };
         let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject)?;
         Ok(PageModel { ladder_step, poses, worker: subject.worker })
     }
@@ -68,7 +70,7 @@ impl PageModel {
     /// random ones if there are none.
     pub fn poses(subject: &PageSubject<'_>) -> Arc<WorkspacePoses> {
         let poses = WorkspacePoses::of(subject.judged);
-        let drawn = poses.source == PoseSource::Drawn;
+        let drawn = poses.source == PoseSource::Limits;
         Arc::new(if drawn { WorkspacePoses::of(subject.datasets) } else { poses })
     }
 
@@ -94,7 +96,7 @@ impl PageModel {
 
     /// The same as the ground of a step.
     pub fn ground(&self) -> HoldOut<'_> {
-        HoldOut { poses: &self.poses.q, checks: &[], worker: self.worker }
+        HoldOut { poses: &self.poses, checks: &[], worker: self.worker }
     }
 
     /// The expected error over the workspace, if it can be predicted.
@@ -103,7 +105,7 @@ impl PageModel {
             let of_poses = self.poses.q.iter().map(Vec::as_slice);
             let calibration = &self.ladder_step.calibration;
             let extrapolation = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, of_poses);
-            Forecast { error, source: self.poses.source, extrapolation }
+            Forecast { error, extrapolation }
         })
     }
 
@@ -122,7 +124,12 @@ impl PageModel {
             "robot": calibration.robot.name,
             "verdict": verdict(&self.ladder_step, forecast.as_ref()),
             "figures": key_figures(&self.ladder_step, forecast.as_ref()),
-            "names": figures::names(),
+            "names": figures::names(self.poses.source),
+            "states": documents::BeforeAndAfter::of(&ErrorTable::of(
+                if has_validation(judged) { judged } else { datasets },
+                calibration,
+                None,
+            )),
             "commands_from": subject.commands_from,
             "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref()),
             "meanings": candidate::meanings(diagnosis, &ladder),
@@ -304,21 +311,22 @@ pub(super) fn judge(mut ladder_step: LadderStep, subject: &PageSubject<'_>) -> R
     Ok(LadderStep { validation, ..ladder_step })
 }
 
-/// Position errors of the nominal robot on the validation rows or, without any, on the fit rows. The nominal model does not
-/// locate several set-ups; their bases are fitted.
+/// Position errors of the robot as delivered on the validation rows or, without any, on the fit rows; of the nominal robot where
+/// nobody stated how it stands.
 fn nominal(
     calibration: &Calibration,
     datasets: &[NamedDataset<'_>],
     judged: &[NamedDataset<'_>],
 ) -> Result<Value, IdentifyError> {
-    let base_fitted = calibration.setups.len() > 1;
-    let nominal = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
     let held_out = has_validation(judged);
+    let table = ErrorTable::of(if held_out { judged } else { datasets }, calibration, None);
+    let as_delivered = table.errors(Stage::AsDelivered).is_some();
+    let nominal = if as_delivered { calibration.nominal() } else { calibration.nominal().set_up_anew() };
     let (rows, which) = if held_out { (judged, Use::Validation) } else { (datasets, Use::Fit) };
     let (prediction, calibrated) = (nominal.predict(rows, which)?, calibration.predict(rows, which)?);
     let errors = Validation::of(&prediction);
     Ok(json!({
-        "name": if base_fitted { "nominal, bases fitted" } else { "nominal" },
+        "name": stage_name(if as_delivered { Stage::AsDelivered } else { Stage::Nominal }),
         "on": if held_out { "validation" } else { "fit" },
         "errors": errors.as_ref().map(documents::Validation::of),
         "by_pose": by_pose(&prediction, &calibrated),
@@ -337,7 +345,7 @@ fn workspace(forecast: &Forecast, calibration: &Calibration, judged: &[NamedData
     let poses = &forecast.error.poses;
     let stride = poses.len().div_ceil(MOST_POINTS).max(1);
     let mut measured = None;
-    if forecast.source == PoseSource::Validation {
+    if forecast.error.at == PoseSource::Validation {
         let prediction = calibration.predict(judged, Use::Validation)?;
         let mut error = forecast.error.clone();
         error.poses.iter_mut().zip(&prediction.residuals).for_each(|(pose, residual)| pose.error = residual.norm());

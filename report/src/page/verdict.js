@@ -22,10 +22,38 @@ export function verdict(report) {
     element("p", { class: "means" }, said.means),
     report.misfit && element("p", { class: "warning" }, report.misfit),
     question && element("p", { class: "quiet" }, `Question: ${question}`),
+    states(report),
     element("dl", { class: "figures" }, tiles(report)),
     said.symptoms.length > 0 && flags(report, said.symptoms),
     figures.disagreement && element("p", { class: "warning" }, sentence(figures.disagreement)),
   ];
+}
+
+/**
+ * How bad it was, and how good it is now: at the same poses, by the same statistic.
+ * @param {Report} report
+ */
+function states({ states: of, names }) {
+  if (!of) return false;
+  /** @type {[string, string, StateErrors][]} */
+  const rows = [
+    ["as delivered", "base and tool as stated", of.as_delivered],
+    ["nominal", "base and free tool fitted", of.nominal],
+    ["calibrated", "", of.calibrated],
+  ];
+  const head = [`${of.held_out ? names.not_fitted : names.residual}, mm`, "mean", "95 %", "max", ""];
+  /** @param {[string, string, StateErrors]} row */
+  const line = ([name, remark, errors]) => {
+    const figures = [errors.mean_mm, errors.p95_mm, errors.max_mm];
+    const cells = figures.map((mm) => element("td", {}, typeof mm === "number" ? thousandths(mm) : "–"));
+    return element("tr", {}, element("th", { scope: "row" }, name), cells, element("td", {}, errors.absent ?? remark));
+  };
+  const header = element(
+    "tr",
+    {},
+    head.map((text) => (text ? element("th", { scope: "col" }, text) : element("td", {}))),
+  );
+  return element("table", { class: "states" }, element("thead", {}, header), element("tbody", {}, rows.map(line)));
 }
 
 /** @param {Report} report */

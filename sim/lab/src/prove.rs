@@ -12,7 +12,7 @@ use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{NamedDataset, Sample};
 use calibench::measure::poses::Postures;
-use calibench::prediction::WorkspaceError;
+use calibench::prediction::{PoseSource, WorkspaceError, WorkspacePoses};
 use calibench::residuals::Validation;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
@@ -86,7 +86,8 @@ impl Case<'_> {
         let (fitted, judged) = (self.fitted(), self.judged());
         let model = Model::default_for(fitted[0].dataset);
         let takes = |s: &Sample| Use::Validation.takes(s);
-        let poses: Vec<Vec<f64>> = self.judged.samples.iter().filter(|s| takes(s)).map(|s| s.q.clone()).collect();
+        let q = self.judged.samples.iter().filter(|s| takes(s)).map(|s| s.q.clone()).collect();
+        let poses = WorkspacePoses { q, source: PoseSource::Validation };
         let began = Instant::now();
         let ladder = ladder(&fitted, &model, HoldOut { poses: &poses, checks: &[], worker: None })?;
         let seconds = began.elapsed().as_secs_f64();

@@ -58,7 +58,7 @@ pub fn steps(subject: &Subject, whole_ladder: bool) -> Result<Steps, IdentifyErr
     let mut steps = Steps { models, other: None };
     if whole_ladder {
         let poses = WorkspacePoses::of(&named);
-        let ground = HoldOut { poses: &poses.q, checks: &[], worker: None };
+        let ground = HoldOut { poses: &poses, checks: &[], worker: None };
         let ladder = ladder(&named, &calibration.model, ground)?;
         for ladder_step in ladder.steps.iter().skip(1) {
             steps.models.push(left(format!("+ {}", ladder_step.added.join(", ")), &ladder_step.calibration)?);

@@ -33,6 +33,9 @@ pub(crate) struct DatasetToml {
     /// True if the controller's own absolute-accuracy option was on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
+    /// True if the base was found from the rows, and nobody stated it: how the robot was as delivered is then unknown.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) base_found: bool,
     /// Frames common to all sessions: `base`, `tool`, or both.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(extend("items" = serde_json::json!({"type": "string", "enum": SHAREABLE}))))]
@@ -278,6 +281,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         robot: dataset.robot_reference.clone(),
         gravity_m_s2: Some(dataset.gravity.into()),
         absolute_accuracy: dataset.absolute_accuracy,
+        base_found: dataset.base_found,
         share: SHAREABLE
             .into_iter()
             .zip([dataset.shared.base, dataset.shared.tool])

@@ -181,6 +181,7 @@ impl Reading<'_> {
         let base = file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg]));
         let dataset = Dataset {
             base: base.then(&robot.root),
+            base_found: file.base_found,
             tool: robot.flange.then(&frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg])),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
             probe_sigma: self.not_negative("tool.sigma_deg", t.sigma_deg.unwrap_or(0.0))? * DEG,

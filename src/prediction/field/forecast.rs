@@ -14,7 +14,7 @@ use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::prediction::chance::normal;
 use crate::prediction::expected_error::{Banded, WorkspaceError, expected_errors};
 use crate::prediction::level::MEAN_LENGTH;
-use crate::prediction::poses::{SEED, at_poses, seen, undetermined};
+use crate::prediction::poses::{SEED, WorkspacePoses, at_poses, seen, undetermined};
 
 /// Standard deviations from the median to the 90 % quantile of a normal distribution.
 const TO_90: f64 = 1.281_551_565_544_6;
@@ -102,24 +102,25 @@ impl Forecast<'_> {
     }
 
     /// The error over these poses; `None` without poses.
-    pub fn over(&self, there: &Poses, poses: &[Vec<f64>]) -> Option<WorkspaceError> {
-        let places = |which: fn(bool) -> bool| (0..poses.len()).filter(|&p| which(there.seen[p])).collect::<Vec<usize>>();
+    pub fn over(&self, there: &Poses, poses: &WorkspacePoses) -> Option<WorkspaceError> {
+        let places = |which: fn(bool) -> bool| (0..poses.q.len()).filter(|&p| which(there.seen[p])).collect::<Vec<usize>>();
         let all = self.level(&places(|_| true))?;
         let mean = self.each.iter().sum::<f64>() / self.each.len().max(1) as f64;
         let of_pose = |p: usize| all.error * self.each[p] / mean.max(f64::MIN_POSITIVE);
         Some(WorkspaceError {
+            at: poses.source,
             mean: all.banded(1.0),
             max: all.banded(self.largest),
             ranges_seen: self.level(&places(|seen| seen)).map(|level| level.banded(1.0)),
             elsewhere: self.level(&places(|seen| !seen)).map(|level| level.banded(1.0)),
-            poses: expected_errors(&there.cell, poses, of_pose),
+            poses: expected_errors(&there.cell, &poses.q, of_pose),
             noise: self.noise,
             at_least: all.at_least,
         })
     }
 }
 
-/// The error to expect of an examined model alone at joint angles `poses` (rad, N) of the first set-up; `None` if the campaign is
+/// The error to expect of an examined model alone at these poses of the first set-up; `None` if the campaign is
 /// too small to measure it at a distance, or its fit did not converge.
 ///
 /// # Errors
@@ -127,13 +128,13 @@ impl Forecast<'_> {
 pub(crate) fn expected_of_model(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
-    poses: &[Vec<f64>],
+    poses: &WorkspacePoses,
 ) -> Result<Option<WorkspaceError>, IdentifyError> {
     if crate::diagnosis::folds::postures(&examination.contexts).count() < LEAST_POSTURES {
         return Ok(None);
     }
     let Ok(Alone { campaign, rows, model, divided }) = Alone::of(datasets, examination) else { return Ok(None) };
-    let Some(there) = Poses::of(datasets, examination, &campaign, poses)? else { return Ok(None) };
+    let Some(there) = Poses::of(datasets, examination, &campaign, &poses.q)? else { return Ok(None) };
     let variances = model.variances(&rows, &Groups::default(), &there.at.rows.of_model());
     let divisions = measure(&divided, &campaign, [&model, &model]);
     let noise2 = model.sizes.noise * campaign.noise_m.powi(2);

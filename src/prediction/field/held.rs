@@ -13,6 +13,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::expected_error::WorkspaceError;
+use crate::prediction::poses::WorkspacePoses;
 
 /// A fitted model and its field, found from these very data: its table would know what is left out.
 pub(crate) struct HeldField {
@@ -70,17 +71,17 @@ impl HeldField {
     pub fn workspace(
         &self,
         datasets: &[NamedDataset<'_>],
-        poses: &[Vec<f64>],
+        poses: &WorkspacePoses,
     ) -> Result<Option<WorkspaceError>, IdentifyError> {
         let HeldField { field: Field { campaign, rows_alone, alone, with_field, divisions, mean, draws }, base } = self;
-        let Some(there) = Poses::of(datasets, base, campaign, poses)? else { return Ok(None) };
+        let Some(there) = Poses::of(datasets, base, campaign, &poses.q)? else { return Ok(None) };
         let of_alone = alone.variances(rows_alone, &Groups::default(), &there.at.rows.of_model());
         let of_field = with_field.variances(&campaign.rows, &campaign.groups, &there.at.rows);
         let predicted = there.at.rows.applied(mean);
         let truths = there.at.rows.applied_all(draws);
         let largest = |truth: DVectorView<'_, f64>| {
             let missed = truth - &predicted;
-            let lengths = (0..poses.len()).map(|p| missed.fixed_rows::<3>(3 * p).norm());
+            let lengths = (0..poses.q.len()).map(|p| missed.fixed_rows::<3>(3 * p).norm());
             lengths.fold(0.0, f64::max) / mean_length(&missed).max(f64::MIN_POSITIVE)
         };
         let largest = truths.column_iter().map(largest).sum::<f64>() / truths.ncols().max(1) as f64;

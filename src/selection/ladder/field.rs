@@ -43,7 +43,7 @@ pub(super) fn beyond(
     }
     named.own.retain(|own| !is_shape(&own.name));
     let Ok(held) = HeldField::of(datasets, &named) else { return Ok(None) };
-    let Ok(worth) = held.worth(datasets, ground.poses) else { return Ok(None) };
+    let Ok(worth) = held.worth(datasets, &ground.poses.q) else { return Ok(None) };
     let model = held.model(datasets);
     let added: Vec<EffectId> = model.effects.iter().filter(|id| !named.lists(id)).cloned().collect();
     let gains = gains(datasets, &held);

@@ -48,7 +48,7 @@ fn sentences_of_diagnosis_comparison_and_ladder_call_it_by_its_words() {
 
     let poses = WorkspacePoses::of(&data);
     let mut told = Vec::new();
-    let ladder = observed_ladder(&data, &model, HoldOut { poses: &poses.q, checks: &[], worker: None }, &mut |progress| {
+    let ladder = observed_ladder(&data, &model, HoldOut { poses: &poses, checks: &[], worker: None }, &mut |progress| {
         if let LadderProgress::Trying(effect) = &progress {
             told.push(each_called(&model.registry, effect));
         }

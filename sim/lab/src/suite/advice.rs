@@ -5,6 +5,7 @@ use calibench::effects::catalogue::{set_aside_by, setting_aside};
 use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::dataset::NamedDataset;
+use calibench::prediction::WorkspacePoses;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
 use calibench::units::MM;
@@ -29,12 +30,12 @@ pub(super) struct Advised {
 
 /// The calibration that the program advises; `None` if it advises to keep the model, or its advice cannot be fitted.
 ///
-/// `with_claimed` is the fit with the effect claimed by the diagnosis; the expected error is predicted at `poses` (rad).
+/// `with_claimed` is the fit with the effect claimed by the diagnosis; the expected error is predicted at `poses`.
 pub(super) fn advised(
     data: &[NamedDataset<'_>],
     model: &Model,
     with_claimed: Option<Calibration>,
-    poses: &[Vec<f64>],
+    poses: &WorkspacePoses,
     advice: Advice,
 ) -> Option<Advised> {
     match advice {

@@ -6,7 +6,7 @@ use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
-use calibench::prediction::WorkspaceError;
+use calibench::prediction::{PoseSource, WorkspaceError, WorkspacePoses};
 use calibench::residuals::Validation;
 use calibench::units::MM;
 use nalgebra::Vector3;
@@ -68,7 +68,7 @@ struct Trial<'a> {
     fit: &'a Dataset,
     truth: Dataset,
     /// Joint angles at which the error is judged, rad.
-    poses: Vec<Vec<f64>>,
+    poses: WorkspacePoses,
     advice: Advice,
 }
 
@@ -83,7 +83,8 @@ impl<'a> Trial<'a> {
     fn of(case: &'a Case, model: &'a Model, measured: &'a Measurements, advice: Advice) -> Self {
         let end = measured.fit.samples.iter().filter_map(|s| s.time_s).reduce(f64::max);
         let truth = at_truth(&measured.validation, &measured.validation_truth, end);
-        let poses = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
+        let q = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
+        let poses = WorkspacePoses { q, source: PoseSource::Validation };
         Trial { case, model, fit: &measured.fit, truth, poses, advice }
     }
 

@@ -12,6 +12,7 @@ use calibench::identify::calibration::Calibration;
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, NamedDataset};
+use calibench::prediction::{PoseSource, WorkspacePoses};
 use calibench::residuals::Validation;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::ladder;
@@ -116,7 +117,8 @@ fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64, 
     let data = [NamedDataset::new("fit", &fit)];
     let found = diagnose(&data, model).unwrap();
     let visible = (found.chi2_per_dof - 1.0).max(0.0).sqrt();
-    let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
+    let q = validation.samples.iter().map(|s| s.q.clone()).collect();
+    let poses = WorkspacePoses { q, source: PoseSource::Validation };
     let after = (visible >= VISIBLE).then(|| {
         let ladder = ladder(&data, model, HoldOut { poses: &poses, checks: &[], worker: None }).unwrap();
         let after = error(&ladder.recommended().calibration, &validation);

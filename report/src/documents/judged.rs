@@ -1,0 +1,129 @@
+//! `calibench-judgement/1`, printed and written by `calibrate`.
+
+use calibench::diagnosis;
+use calibench::judgement::{ErrorRow, Judgement, Stage};
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Workspace, format_tag};
+use crate::diagnosis_sentences::cause_words;
+
+format_tag!(JudgedFormat, "calibench-judgement/1");
+
+/// Position errors in one state of the robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StateErrors {
+    /// Mean, mm; null without errors.
+    pub mean_mm: Option<f64>,
+    /// The error below which 95 % of the poses lie, mm; null without errors.
+    pub p95_mm: Option<f64>,
+    /// Largest, mm; null without errors.
+    pub max_mm: Option<f64>,
+    /// The reason why there are no errors; otherwise not there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absent: Option<String>,
+}
+
+impl StateErrors {
+    fn of(row: &ErrorRow) -> Self {
+        let of = |f: fn(&calibench::residuals::Validation) -> f64| row.errors.as_ref().ok().map(|v| f(v) / MM);
+        StateErrors {
+            mean_mm: of(|v| v.mean),
+            p95_mm: of(|v| v.quantiles[4]),
+            max_mm: of(|v| v.max),
+            absent: row.errors.as_ref().err().map(ToString::to_string),
+        }
+    }
+}
+
+/// Position errors before a calibration and after it, at the same poses.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BeforeAndAfter {
+    /// True if the poses were held out of the fit.
+    pub held_out: bool,
+    /// Number of samples fitted.
+    pub fitted: usize,
+    /// Number of poses judged.
+    pub judged: usize,
+    /// Nominal arm, base and tool as stated.
+    pub as_delivered: StateErrors,
+    /// Nominal arm, base and free tool fitted.
+    pub nominal: StateErrors,
+    /// Calibrated with the first model.
+    pub calibrated: StateErrors,
+    /// Calibrated with the recommended model.
+    pub recommended: StateErrors,
+}
+
+impl BeforeAndAfter {
+    /// The errors of a table.
+    #[must_use]
+    pub fn of(errors: &calibench::judgement::ErrorTable) -> Self {
+        let [as_delivered, nominal, calibrated, recommended] = errors.rows.each_ref().map(StateErrors::of);
+        debug_assert!(errors.rows[0].stage == Stage::AsDelivered);
+        let judged = errors.last().map_or(0, |v| v.samples);
+        BeforeAndAfter {
+            held_out: errors.held_out,
+            fitted: errors.fitted,
+            judged,
+            as_delivered,
+            nominal,
+            calibrated,
+            recommended,
+        }
+    }
+}
+
+/// Position errors to expect, at named places; null where they cannot be predicted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ExpectedAt {
+    /// At the poses held out.
+    pub held_out: Option<Workspace>,
+    /// Inside the measured ranges of the joints.
+    pub inside: Option<Workspace>,
+    /// Over the limits of the joints.
+    pub over_limits: Option<Workspace>,
+}
+
+/// How a robot was, how it is, and what to do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Judged {
+    /// Format tag.
+    pub format: JudgedFormat,
+    /// The errors measured.
+    pub errors: BeforeAndAfter,
+    /// The errors to expect of the recommended model.
+    pub expected: ExpectedAt,
+    /// Verdict on what the first model leaves.
+    pub verdict: String,
+    /// Its cause in words.
+    pub cause: String,
+    /// What to do, in order.
+    pub next: Vec<String>,
+    /// Largest error that was allowed, mm; null if none was stated.
+    pub tolerance_mm: Option<f64>,
+    /// Why the data do not fit their robot; only if they were used by force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit: Option<String>,
+}
+
+impl Judged {
+    /// The document of a judgement and the diagnosis of its first model, without advice.
+    #[must_use]
+    pub fn of(judgement: &Judgement, first: &diagnosis::Diagnosis) -> Self {
+        let expected = &judgement.expected;
+        let [held_out, inside, over_limits] =
+            [&expected.held_out, &expected.inside, &expected.over_limits].map(|e| e.as_ref().map(Workspace::of));
+        Judged {
+            format: JudgedFormat::Current,
+            errors: BeforeAndAfter::of(&judgement.errors),
+            expected: ExpectedAt { held_out, inside, over_limits },
+            verdict: first.verdict.name().into(),
+            cause: cause_words(first),
+            next: Vec::new(),
+            tolerance_mm: None,
+            misfit: None,
+        }
+    }
+}

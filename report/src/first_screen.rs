@@ -1,0 +1,151 @@
+//! The first screen: how bad it was, how good it is now at the same poses, where that is true, what causes it, what to do.
+
+use super::diagnosis_sentences::cause_words;
+use super::effect_names::capital;
+use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
+use super::ladder_sentences::unconverged_sentence;
+use super::printout::Printout;
+use super::recommended::Recommended;
+use super::tables::{Table, plain_table};
+use calibench::diagnosis::{Diagnosis, Verdict};
+use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
+use calibench::measure::dataset::NamedDataset;
+use calibench::prediction::WorkspaceError;
+use calibench::residuals::Validation;
+use calibench::selection::ladder::Ladder;
+use calibench::units::{MM, UM};
+
+/// Name of a state on every screen.
+#[must_use]
+pub fn stage_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::AsDelivered => "as delivered",
+        Stage::Nominal => "nominal",
+        Stage::Calibrated => "calibrated",
+        Stage::Recommended => "recommended",
+    }
+}
+
+/// What a state is, in a few words.
+fn stage_remark(stage: Stage) -> &'static str {
+    match stage {
+        Stage::AsDelivered => "base and tool as stated",
+        Stage::Nominal => "base and free tool fitted",
+        Stage::Calibrated | Stage::Recommended => "",
+    }
+}
+
+/// The data of a first screen in a line: what was fitted, what was held out, and the noise that the data state.
+#[must_use]
+pub fn data_line(name: &str, errors: &ErrorTable, datasets: &[NamedDataset<'_>]) -> String {
+    let judged = errors.last().map_or(0, |v| v.samples);
+    let held_out = if errors.held_out { format!(", {judged} held out") } else { ", none held out".to_owned() };
+    format!("{name}: {} samples fitted{held_out}; {}", errors.fitted, noise_words(datasets))
+}
+
+/// The noise that the first dataset states, in words.
+fn noise_words(datasets: &[NamedDataset<'_>]) -> String {
+    let noise = datasets.first().map(|d| &d.dataset.noise);
+    let of = |name: &str, size: Option<f64>| size.map(|size| format!("{name} {:.0} µm", size / UM));
+    let stated: Vec<String> =
+        noise.map_or_else(Vec::new, |n| [of("balls", n.ball), of("points", n.point)].into_iter().flatten().collect());
+    if stated.is_empty() {
+        "instrument noise not stated".into()
+    } else {
+        format!("noise stated: {} per axis", stated.join(", "))
+    }
+}
+
+/// The errors before and after, one row a state: mean, 95 %, max, and how many poses meet a tolerance (m), if there is one.
+#[must_use]
+pub fn error_table(errors: &ErrorTable, tolerance: Option<f64>) -> Table {
+    let title = if errors.held_out { NOT_FITTED } else { RESIDUAL };
+    let row = |row: &ErrorRow| {
+        let name = stage_name(row.stage).to_owned();
+        match &row.errors {
+            Ok(v) => {
+                let [mean, p95, max] = [v.mean, v.quantiles[4], v.max].map(|x| format!("{:.3}", x / MM));
+                [name, mean, p95, max, tolerance.map_or_else(|| stage_remark(row.stage).into(), |t| met(v, t))]
+            }
+            Err(why) => [name, "-".into(), "-".into(), "-".into(), why.to_string()],
+        }
+    };
+    let is_said = |row: &&ErrorRow| !matches!(row.errors, Err(NoErrors::SameModel));
+    let title = format!("{}, mm", title.name);
+    plain_table([title.as_str(), "mean", "95 %", "max", ""], errors.rows.iter().filter(is_said).map(row).collect())
+}
+
+/// How many poses meet a tolerance (m).
+fn met(errors: &Validation, tolerance: f64) -> String {
+    let count = errors.errors.iter().filter(|e| **e <= tolerance).count();
+    format!("{:.3} met by {count} of {}", tolerance / MM, errors.samples)
+}
+
+/// The error to expect, at named places.
+#[must_use]
+pub fn expected_sentence(expected: &Expectations) -> String {
+    let part = |error: &Option<WorkspaceError>, name: &str| {
+        error.as_ref().map(|e| {
+            let [mean, low, high] = [e.mean.expected, e.mean.low, e.mean.high].map(|x| x / MM);
+            let least = if e.at_least { "at least " } else { "" };
+            format!("{name}: {least}{mean:.3} mm ({low:.3} to {high:.3})")
+        })
+    };
+    let parts: Vec<String> = [part(&expected.inside, EXPECTED_INSIDE.name), part(&expected.over_limits, EXPECTED_OVER.name)]
+        .into_iter()
+        .flatten()
+        .collect();
+    match parts.as_slice() {
+        [] if expected.undetermined.is_empty() => "No error is predicted: no pose of the robot is clear of itself.".into(),
+        [] => format!("No error is predicted: these data do not determine {}.", expected.undetermined.join(", ")),
+        parts => format!("{}.", capital(&parts.join("; "))),
+    }
+}
+
+/// What to do with a calibration that was written to this file, in order.
+#[must_use]
+pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, commands: &Recommended) -> Vec<String> {
+    if let Some(outcome) = ladder.recommended().calibration.unconverged() {
+        return vec![unconverged_sentence(outcome).trim_end_matches('.').to_owned()];
+    }
+    let mut all = vec![format!("use {file}")];
+    let last = &ladder.recommended().diagnosis;
+    match last.verdict {
+        Verdict::Indistinguishable => {
+            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("next")))
+        }
+        _ if judgement.expected.inside.as_ref().is_some_and(|e| e.at_least) => {
+            all.push(format!("measure more postures where the robot is to work: `{}` proposes some", commands.verb("next")));
+        }
+        _ => {}
+    }
+    if !ladder.first().calibration.noise_stated {
+        let explains = judgement.errors.errors(Stage::Calibrated).map_or(0.0, |v| v.rms / 3f64.sqrt());
+        all.push(format!(
+            "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm per axis would explain what is left",
+            explains / UM
+        ));
+    }
+    all
+}
+
+/// A first screen without files and advice: the data, the errors before and after, what is to be expected, the cause.
+#[must_use]
+pub fn first_screen(
+    name: &str,
+    datasets: &[NamedDataset<'_>],
+    errors: &ErrorTable,
+    expected: Option<&Expectations>,
+    cause: Option<&Diagnosis>,
+    tolerance: Option<f64>,
+) -> Printout {
+    let mut out = Printout::from(data_line(name, errors, datasets) + "\n");
+    out.push(error_table(errors, tolerance));
+    if let Some(expected) = expected {
+        out.push(format!("\n{}", expected_sentence(expected)));
+    }
+    if let Some(diagnosis) = cause {
+        out.push(format!("\nCause: {}.", cause_words(diagnosis)));
+    }
+    out
+}

@@ -1,0 +1,136 @@
+//! Position errors before and after a calibration, at the same poses.
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::identify::calibration::{Calibration, IdentifyError};
+use crate::identify::problem::Use;
+use crate::measure::dataset::{NamedDataset, SampleSet};
+use crate::residuals::Validation;
+
+/// A state of the robot, in the order in which it passes through them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The nominal arm on its base as stated: what the controller reaches.
+    AsDelivered,
+    /// The nominal arm, with base and whatever else is unknown of the set-up fitted.
+    Nominal,
+    /// Calibrated with the first model.
+    Calibrated,
+    /// Calibrated with the recommended model, if that is another one.
+    Recommended,
+}
+
+/// The reason why a row has no errors.
+#[derive(Debug, Clone, Error)]
+#[non_exhaustive]
+pub enum NoErrors {
+    /// The data do not state the base or the tool: both are known from their rows alone.
+    #[error("base or tool not stated")]
+    NotStated,
+    /// The recommended model is the first.
+    #[error("nothing is recommended beyond the calibration")]
+    SameModel,
+    /// The rows cannot be predicted.
+    #[error("{0}")]
+    Unpredictable(Arc<IdentifyError>),
+    /// There are no rows.
+    #[error("there are no rows to judge")]
+    Empty,
+}
+
+/// The errors in one state.
+#[derive(Debug, Clone)]
+pub struct ErrorRow {
+    /// The state.
+    pub stage: Stage,
+    /// The errors, or the reason why there are none.
+    pub errors: Result<Validation, NoErrors>,
+}
+
+/// The errors in all states, at the same poses.
+#[derive(Debug, Clone)]
+pub struct ErrorTable {
+    /// True if the poses were held out of the fit.
+    pub held_out: bool,
+    /// Number of samples fitted.
+    pub fitted: usize,
+    /// One row a state, in their order.
+    pub rows: [ErrorRow; 4],
+}
+
+impl ErrorTable {
+    /// The errors of a robot on the rows of set `validation` of these data; if there are none, on all rows, which count as held out
+    /// unless the calibration was fitted to their dataset. Its base and tool are found from rows of set `fit` first, if its
+    /// calibration does not know them.
+    ///
+    /// ```
+    /// use calibench::identify::{Model, identify};
+    /// use calibench::judgement::{ErrorTable, Stage};
+    /// use calibench::measure::dataset::{Dataset, NamedDataset};
+    /// # use calibench::measure::dataset::{Measured, Noise, Sample};
+    /// # use calibench::robot::kinematics::world_from_tool;
+    /// # use calibench::robot::{FramePose, built_in};
+    /// use calibench::units::MM;
+    /// # let robot = std::sync::Arc::new(built_in("ur5").ok_or("built in")?);
+    /// # let moved = FramePose { xyz: [1.0 * MM, 0.0, 0.0], ..FramePose::default() };
+    /// # let sample = |k: usize| {
+    /// #     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+    /// #     let seen = world_from_tool(&robot, &moved, &FramePose::default(), &q).translation.vector;
+    /// #     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+    /// # };
+    /// # let samples = (0..20).map(sample).collect();
+    /// # let noise = Noise { point: Some(0.02 * MM), ..Noise::default() };
+    /// # let data = Dataset { robot: robot.clone(), noise, samples, ..Dataset::default() };
+    ///
+    /// // A UR5 whose base is 1 mm from where it is stated to be: as delivered it misses by that, its arm is as it should be.
+    /// let data = [NamedDataset::new("campaign", &data)];
+    /// let calibration = identify(&data, &Model::of(&["base_frame"]))?;
+    /// let table = ErrorTable::of(&data, &calibration, None);
+    /// let mean = |stage| table.errors(stage).map(|errors| errors.mean);
+    /// assert!((mean(Stage::AsDelivered).ok_or("stated")? - 1.0 * MM).abs() < 1e-9);
+    /// assert!(mean(Stage::Nominal).ok_or("fitted")? < 1e-9 && mean(Stage::Recommended).is_none());
+    /// assert!(!table.held_out);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of(judged: &[NamedDataset<'_>], calibrated: &Calibration, recommended: Option<&Calibration>) -> Self {
+        let has_validation = judged.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == SampleSet::Validation));
+        let which = if has_validation { Use::Validation } else { Use::All };
+        let is_fitted = |d: &NamedDataset<'_>| calibrated.dataset_hashes.contains(&d.dataset.hash);
+        let errors = |calibration: &Calibration| {
+            let prediction = calibration.predict(judged, which).map_err(|e| NoErrors::Unpredictable(Arc::new(e)))?;
+            Validation::of(&prediction).ok_or(NoErrors::Empty)
+        };
+        let is_stated = judged.iter().all(|d| !d.dataset.base_found && !d.dataset.tool_free);
+        let as_delivered = if is_stated { errors(&calibrated.nominal()) } else { Err(NoErrors::NotStated) };
+        let is_found = |v: &Validation| !(v.refitted.is_empty() && v.from_fit_rows.is_empty());
+        let as_delivered = as_delivered.and_then(|v| if is_found(&v) { Err(NoErrors::NotStated) } else { Ok(v) });
+        let row = |stage, errors| ErrorRow { stage, errors };
+        ErrorTable {
+            held_out: has_validation || !judged.iter().any(is_fitted),
+            fitted: calibrated.samples,
+            rows: [
+                row(Stage::AsDelivered, as_delivered),
+                row(Stage::Nominal, errors(&calibrated.nominal().set_up_anew())),
+                row(Stage::Calibrated, errors(calibrated)),
+                row(Stage::Recommended, recommended.map_or(Err(NoErrors::SameModel), errors)),
+            ],
+        }
+    }
+
+    /// The errors in a state; `None` if there are none.
+    pub fn errors(&self, stage: Stage) -> Option<&Validation> {
+        self.rows.iter().find(|row| row.stage == stage).and_then(|row| row.errors.as_ref().ok())
+    }
+
+    /// The errors in the last state that has any: those to go on with.
+    pub fn last(&self) -> Option<&Validation> {
+        self.rows.iter().rev().find_map(|row| row.errors.as_ref().ok())
+    }
+
+    /// The largest errors of the first two states: how bad it was.
+    pub fn before(&self) -> Option<&Validation> {
+        self.errors(Stage::AsDelivered).or_else(|| self.errors(Stage::Nominal))
+    }
+}
