@@ -1,0 +1,234 @@
+//! `calibrate TABLE... --robot ROBOT -o FOLDER`: from a table of joints and positions to a calibration, judged on poses held out.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use calibench::compensate::urdf::urdf;
+use calibench::compensate::{Compensator, Task};
+use calibench::files::disk::{check_output_folder, replace_folder, write_whole};
+use calibench::identify::Model;
+use calibench::identify::calibration::{Calibration, write_calibration};
+use calibench::identify::model_file::write_model;
+use calibench::identify::problem::Use;
+use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess};
+use calibench::judgement::Judgement;
+use calibench::measure::campaign::journal::refuse_measured;
+use calibench::measure::dataset::Dataset;
+use calibench::measure::dataset::file::{DATASET_TOML, read_dataset, write_dataset};
+use calibench::measure::dataset::{NamedDataset, SampleSet};
+use calibench::prediction::WorkspacePoses;
+use calibench::robot::BUILT_IN;
+use calibench::robot::robot_file::{RobotReference, robot};
+use calibench::robot::urdf::calibrated_urdf;
+use calibench::selection::hold_out::HoldOut;
+use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
+use calibench::units::{MM, UM};
+use calibench_report::documents::{self, to_value};
+use calibench_report::{Recommended, all_called, first_screen, what_to_do_now};
+
+use crate::arguments::data::MODEL;
+use crate::arguments::data_gate::gate;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_detail, print_json};
+use crate::terminal::progress::Waiting;
+use crate::terminal::streams::input;
+
+/// Files of a calibrated folder; the first tells what it is.
+const FILES: &[&str] =
+    &[JUDGEMENT, DATASET_TOML, "samples.csv", "robot.toml", CALIBRATION, MODEL, URDF, super::report::FILE, MAP];
+/// The judgement as a document.
+const JUDGEMENT: &str = "judgement.json";
+const CALIBRATION: &str = "calibration.toml";
+const URDF: &str = "calibrated.urdf";
+/// The column map by which the tables were read.
+const MAP: &str = "map.toml";
+
+/// Share of the postures that is held out.
+const HELD_OUT: f64 = 0.2;
+/// Seed of the choice of what is held out.
+const SEED: u64 = 1;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Tables of joint angles and measured positions, all of one kind; or one dataset folder
+    #[arg(required = true, value_name = "TABLE|DATASET", value_parser = input())]
+    tables: Vec<PathBuf>,
+    /// The measured robot: built-in, a robot file or a URDF. A dataset names its own
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<PathBuf>,
+    /// One-sigma of the instrument for each coordinate, such as 20um or 0.02mm; if it is not given, it is found from the residuals
+    #[arg(long, value_parser = length)]
+    noise: Option<f64>,
+    /// Largest position error that the robot may have, such as 0.2mm: the exit code is 1 if a pose held out has a larger one
+    #[arg(long, value_parser = length)]
+    tolerance: Option<f64>,
+    /// Output folder: calibration.toml, model.toml, report.html, calibrated.urdf, judgement.json, the dataset and its map; an existing one is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: PathBuf,
+    /// Continue with data that do not fit the robot; every result says so
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// A length with its unit, m.
+fn length(text: &str) -> Result<f64, String> {
+    let help = || "give a length with its unit, such as 20um or 0.2mm".to_owned();
+    let unit = ["um", "µm", "mm", "m"].into_iter().find(|unit| text.ends_with(unit)).ok_or_else(help)?;
+    let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
+    let si = match unit {
+        "mm" => 1e-3,
+        "m" => 1.0,
+        _ => UM,
+    };
+    if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
+}
+
+/// What was read.
+struct Source {
+    dataset: Dataset,
+    /// The map by which tables were read.
+    map: Option<Guess>,
+    /// What was understood, in lines.
+    said: Vec<String>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let folder = &arguments.output;
+    check_output_folder(folder, "calibration", JUDGEMENT)?;
+    refuse_measured(folder)?;
+    let waiting = Waiting::new("reading");
+    let Source { mut dataset, map, said } = read(arguments)?;
+    if let Some(noise) = arguments.noise {
+        dataset.noise.point = Some(noise);
+    }
+    if !dataset.samples.iter().any(|s| s.set == SampleSet::Validation) {
+        Holdout { fraction: HELD_OUT, seed: SEED, choice: HoldoutChoice::Blocks }.apply(&mut dataset);
+    }
+    waiting.begin("comparing with the nominal arm");
+    let datasets = [(String::new(), as_written(&dataset)?)];
+    let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
+    let [(_, dataset)] = datasets;
+    let name = name_of(folder);
+    waiting.begin("calibrating");
+    let named = [NamedDataset::new(&name, &dataset)];
+    let ladder = climbed(&waiting, &named, &Model::default_for(&dataset))?;
+    waiting.begin("judging");
+    let judgement = Judgement::of_ladder(&named, &named, &ladder)?;
+    let chosen = ladder.recommended();
+    let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
+    let met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
+    let commands = Recommended::of(&[folder.clone()], Some(&folder.join(MODEL)));
+    let to_do = what_to_do_now(&ladder, &judgement, &folder.join(CALIBRATION).display().to_string(), &commands);
+    let cause = &ladder.first().diagnosis;
+    let document = documents::Judged {
+        next: to_do.clone(),
+        tolerance_mm: arguments.tolerance.map(|t| t / MM),
+        misfit: gate.misfit.clone(),
+        ..documents::Judged::of(&judgement, cause)
+    };
+    waiting.begin("writing");
+    let urdf = urdf_of(&calibration, arguments.robot.as_deref())?;
+    replace_folder(folder, "calibration", FILES, |inside| {
+        write_dataset(&dataset, inside)?;
+        write_calibration(&calibration, &inside.join(CALIBRATION))?;
+        write_model(&chosen.model, &inside.join(MODEL))?;
+        if let Some(guess) = &map {
+            write_whole(&inside.join(MAP), guess.map.as_bytes())?;
+        }
+        write_whole(&inside.join(URDF), urdf.as_bytes())?;
+        write_whole(&inside.join(JUDGEMENT), format!("{:#}\n", to_value(&document)).as_bytes())
+    })?;
+    waiting.begin("writing the report");
+    super::report::write_report(&[folder.clone()], &folder.join(MODEL), &folder.join(super::report::FILE))?;
+    drop(waiting);
+    if arguments.json {
+        print_json(&document)?;
+        return Ok(if met { Outcome::Done } else { Outcome::ExpectationFailed });
+    }
+    said.iter().try_for_each(|line| print(line))?;
+    gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
+    print_answer(first_screen(&name, &named, &judgement.errors, Some(&judgement.expected), Some(cause), arguments.tolerance))?;
+    to_do.iter().try_for_each(|line| print_answer(format!("Next: {line}.")))?;
+    print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {URDF}, report.html", folder.display()))?;
+    Ok(if met { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// The name of the data: that of the folder.
+fn name_of(folder: &Path) -> String {
+    folder.file_name().map_or_else(|| "data".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Reads a dataset folder, or tables through a map that is guessed from the first.
+fn read(arguments: &Arguments) -> Result<Source, Failure> {
+    if let [folder] = arguments.tables.as_slice()
+        && folder.is_dir()
+    {
+        if arguments.robot.is_some() {
+            return Err("--robot is for tables: a dataset names its robot itself".into());
+        }
+        return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
+    }
+    let Some(named) = arguments.robot.as_ref().and_then(|r| r.to_str()) else {
+        let problem =
+            format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
+        return Err(problem.into());
+    };
+    let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &absolute(named))?;
+    let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
+    let rows = format!("Read: {} rows", dataset.samples.len());
+    let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
+    let understood: Vec<String> = [Some(rows), said("joints: "), said("positions: ")].into_iter().flatten().collect();
+    print_detail(report.to_string());
+    guessed.reasons.iter().for_each(|reason| print_detail(reason));
+    Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })
+}
+
+/// The dataset as it is read back, with the digest by which a calibration knows it and with a robot of its own.
+fn as_written(dataset: &Dataset) -> Result<Dataset, Failure> {
+    let folder = tempfile::tempdir()?;
+    write_dataset(dataset, folder.path())?;
+    Ok(read_dataset(folder.path())?)
+}
+
+/// The reference of a robot, wherever the map that holds it is.
+fn absolute(named: &str) -> String {
+    let RobotReference { name, .. } = RobotReference::parse(named);
+    match Path::new(name).canonicalize() {
+        Ok(absolute) if !BUILT_IN.contains(&name) => named.replacen(name, &absolute.to_string_lossy(), 1),
+        _ => named.to_owned(),
+    }
+}
+
+/// The ladder, its progress told in the spinner.
+fn climbed(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Result<Ladder, Failure> {
+    let poses = WorkspacePoses::of(named);
+    let ground = HoldOut { poses: &poses, checks: &[], worker: None };
+    let mut steps = 0;
+    let ladder = observed_ladder(named, model, ground, &mut |progress| {
+        match progress {
+            LadderProgress::Trying(effects) => {
+                waiting.now(format!("step {steps}: trying {}", all_called(&model.registry, effects)));
+            }
+            LadderProgress::Reached(_) => steps += 1,
+            LadderProgress::Choosing => waiting.now("comparing the steps with a model of all errors at once"),
+            LadderProgress::Refused(_) => {}
+        }
+        ControlFlow::<Infallible>::Continue(())
+    });
+    let ControlFlow::Continue(ladder) = ladder?;
+    Ok(ladder)
+}
+
+/// The calibrated links as a URDF: the given one with new origins, if the robot was one.
+fn urdf_of(calibration: &Calibration, given: Option<&Path>) -> Result<String, Failure> {
+    let rigid = Compensator::new(calibration, &Task::default())?.rigid();
+    let reference = given.and_then(Path::to_str).map(RobotReference::parse);
+    match reference.filter(|r| !BUILT_IN.contains(&r.name) && r.name.ends_with(".urdf")) {
+        Some(RobotReference { name, ends }) => Ok(calibrated_urdf(Path::new(name), &ends, &calibration.robot, &rigid.robot)?),
+        None => Ok(urdf(&rigid)),
+    }
+}

@@ -1,0 +1,91 @@
+//! `calibrate`: a table and a robot are enough; the errors before and after are those of the other verbs; the exit code says whether
+//! a tolerance is met.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::oracles::data;
+use crate::program::{calibench, json};
+
+/// The first rows of the UR5's table, as its owners wrote it.
+fn table(folder: &Path, rows: usize) {
+    let text = fs::read_to_string(data("ur5-jacobi").join("3D_UR5_uncalibrated_grid_cleaned.csv")).unwrap();
+    let every = text.lines().count() / rows;
+    let kept: Vec<&str> = text.lines().enumerate().filter(|(k, _)| *k == 0 || k % every == 0).map(|(_, line)| line).collect();
+    fs::write(folder.join("table.csv"), kept.join("\n") + "\n").unwrap();
+}
+
+fn number(value: &Value, pointer: &str) -> f64 {
+    value.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("no number at {pointer} in {value:#}"))
+}
+
+#[test]
+fn a_table_and_a_robot_are_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 120);
+    let output = calibench(at, &["calibrate", "table.csv", "--robot", "ur5", "--tolerance", "1mm", "-o", "ur5"]);
+    let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{told}\n{said}");
+    assert!(said.lines().count() <= 26, "{said}");
+    for part in [
+        "samples fitted",
+        "held out",
+        "as delivered",
+        "nominal",
+        "calibrated",
+        "inside the measured ranges",
+        "Cause:",
+        "Next: use",
+    ] {
+        assert!(said.contains(part), "no '{part}' in\n{said}");
+    }
+    let judged: Value = serde_json::from_str(&fs::read_to_string(at.join("ur5/judgement.json")).unwrap()).unwrap();
+    assert_eq!(judged["format"], "calibench-judgement/1");
+    assert!(number(&judged, "/errors/calibrated/mean_mm") < number(&judged, "/errors/nominal/mean_mm"), "{judged:#}");
+    // Every number is that of the verb which has it alone.
+    let validated = json(at, &["validate", "ur5/calibration.toml", "ur5", "--json"]);
+    let last = if judged["errors"]["recommended"]["mean_mm"].is_number() { "recommended" } else { "calibrated" };
+    for (key, of) in [("mean_mm", "/mean_mm"), ("max_mm", "/max_mm"), ("p95_mm", "/quantiles_mm/95")] {
+        let ours = number(&judged, &format!("/errors/{last}/{key}"));
+        assert!((ours - number(&validated, of)).abs() < 1e-9, "{key}: {ours} in {validated:#}");
+    }
+    for file in ["calibration.toml", "model.toml", "report.html", "calibrated.urdf", "map.toml", "dataset.toml", "samples.csv"]
+    {
+        assert!(at.join("ur5").join(file).is_file(), "no {file}");
+    }
+    assert!(fs::metadata(at.join("ur5/calibration.toml")).unwrap().len() < 100_000);
+    // The folder is a dataset, and the same command on it gives the same errors.
+    let again = json(at, &["calibrate", "ur5", "-o", "again", "--json"]);
+    assert_eq!(again["errors"], judged["errors"]);
+}
+
+#[test]
+fn a_tolerance_that_is_not_met_is_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    table(folder.path(), 60);
+    let output = calibench(folder.path(), &["calibrate", "table.csv", "--robot", "ur5", "--tolerance", "1um", "-o", "ur5"]);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("0.001 met by 0 of"), "{said}");
+}
+
+#[test]
+fn what_is_missing_is_named_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 60);
+    for (arguments, problem) in [
+        (vec!["calibrate", "table.csv", "-o", "ur5"], "--robot is missing"),
+        (vec!["calibrate", "absent.csv", "--robot", "ur5", "-o", "ur5"], "absent.csv"),
+        (vec!["calibrate", "table.csv", "--robot", "ur5", "--noise", "20", "-o", "ur5"], "such as 20um"),
+        (vec!["calibrate", "table.csv", "--robot", "kr6_r700", "-o", "ur5"], "kr6_r700"),
+    ] {
+        let output = calibench(at, &arguments);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && told.to_lowercase().contains(problem), "{arguments:?}: {told}");
+        assert!(!at.join("ur5").exists(), "{arguments:?}");
+    }
+}
