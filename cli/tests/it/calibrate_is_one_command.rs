@@ -81,7 +81,7 @@ fn what_is_missing_is_named_and_nothing_is_written() {
         (vec!["calibrate", "table.csv", "-o", "ur5"], "--robot is missing"),
         (vec!["calibrate", "absent.csv", "--robot", "ur5", "-o", "ur5"], "absent.csv"),
         (vec!["calibrate", "table.csv", "--robot", "ur5", "--noise", "20", "-o", "ur5"], "such as 20um"),
-        (vec!["calibrate", "table.csv", "--robot", "kr6_r700", "-o", "ur5"], "kr6_r700"),
+        (vec!["calibrate", "table.csv", "--robot", "kr6_r700", "-o", "ur5"], "do not fit this robot"),
     ] {
         let output = calibench(at, &arguments);
         let told = String::from_utf8_lossy(&output.stderr);
