@@ -29,7 +29,7 @@ pub fn stage_name(stage: Stage) -> &'static str {
 /// What a state is, in a few words.
 fn stage_remark(stage: Stage) -> &'static str {
     match stage {
-        Stage::AsDelivered => "base and tool as stated",
+        Stage::AsDelivered => "as commanded or stated",
         Stage::Nominal => "base and free tool fitted",
         Stage::Calibrated | Stage::Recommended => "",
     }

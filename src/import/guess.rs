@@ -82,6 +82,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     }
     let all = triples.clone();
     let mut best: Option<Tried<'_>> = None;
+    let mut computed_triple = None;
     let mut refused = None;
     let are_targets = triples.iter().all(|triple| table.is_target(triple[0]));
     for triple in triples {
@@ -94,6 +95,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             points: triple,
             point_unit: "mm",
             minus: None,
+            commanded: None,
         };
         let is_target = table.is_target(triple[0]);
         let mut found = if is_target { None } else { plain.best(path) };
@@ -102,6 +104,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         }
         // Of few rows, base and tool take up whatever was measured.
         if let Some(computed) = found.take_if(|found| table.rows >= TELLING && found.residual <= COMPUTED) {
+            computed_triple.get_or_insert(triple);
             let leaves = computed.residual / MM;
             reasons.push(format!(
                 "{} were computed from the joints: the nominal arm leaves {leaves:.4} mm",
@@ -120,7 +123,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             break;
         }
     }
-    let Some(Tried { residual, proposal, dataset }) = best else {
+    let Some(Tried { residual, mut proposal, mut dataset }) = best else {
         return Err(match reasons.get(2) {
             Some(computed) => {
                 let problem = format!("{computed}; nothing measured is left");
@@ -134,8 +137,17 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         }
         .into());
     };
+    let named_so = || all.iter().copied().find(|triple| table.is_target(triple[0]) && *triple != proposal.points);
+    proposal.commanded = computed_triple.or_else(named_so).filter(|triple| Some(*triple) != proposal.minus);
+    if let Some(commanded) = proposal.commanded {
+        reasons
+            .push(format!("commanded: {}; by them the errors of the robot as delivered are known", table.titles(&commanded)));
+        dataset = proposal.read(path)?;
+    }
     reasons.extend(proposal.reasons(residual));
-    let other = all.iter().filter(|triple| **triple != proposal.points && Some(**triple) != proposal.minus);
+    let is_used =
+        |triple: &[usize; 3]| *triple == proposal.points || [proposal.minus, proposal.commanded].contains(&Some(*triple));
+    let other = all.iter().filter(|triple| !is_used(triple));
     for triple in other.filter(|triple| !triple.iter().any(|k| proposal.points.contains(k))) {
         let named = table.titles(triple);
         reasons.push(format!(
@@ -194,6 +206,8 @@ struct Proposal<'a> {
     point_unit: &'static str,
     /// Columns subtracted from the positions.
     minus: Option<[usize; 3]>,
+    /// Commanded positions.
+    commanded: Option<[usize; 3]>,
 }
 
 impl<'a> Proposal<'a> {
@@ -225,6 +239,12 @@ impl<'a> Proposal<'a> {
             let column = self.table.named(self.points[i]);
             _ = writeln!(map, "{axis} = {{ column = {column}, unit = \"{}\"{minus} }}", self.point_unit);
         }
+        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+            if let Some(commanded) = self.commanded {
+                let column = self.table.named(commanded[i]);
+                _ = writeln!(map, "{axis}cmd = {{ column = {column}, unit = \"{}\" }}", self.point_unit);
+            }
+        }
         if let Some(c) = self.temperature() {
             _ = writeln!(map, "temp = {{ column = {}, unit = \"c\", optional = true }}", self.table.named(c.place - 1));
         }
@@ -251,8 +271,14 @@ impl<'a> Proposal<'a> {
     /// The columns that the map leaves out.
     fn not_used(&self) -> Option<String> {
         let of_map = [self.temperature(), self.set()].into_iter().flatten().map(|c| c.place - 1);
-        let used: Vec<usize> =
-            self.joints.iter().chain(&self.points).chain(self.minus.iter().flatten()).copied().chain(of_map).collect();
+        let used: Vec<usize> = self
+            .joints
+            .iter()
+            .chain(&self.points)
+            .chain([self.minus, self.commanded].iter().flatten().flatten())
+            .copied()
+            .chain(of_map)
+            .collect();
         let left: Vec<usize> = (0..self.table.columns.len()).filter(|k| !used.contains(k)).collect();
         let named: Vec<String> = left.iter().take(MOST_NAMED).map(|&k| self.table.title(k)).collect();
         let rest = if left.len() > MOST_NAMED { format!(" and {} more", left.len() - MOST_NAMED) } else { String::new() };

@@ -4,15 +4,18 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::identify::Prediction;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
-use crate::measure::dataset::{NamedDataset, SampleSet};
+use crate::measure::dataset::{Measured, NamedDataset, Sample, SampleSet};
 use crate::residuals::Validation;
+use crate::units::MM;
 
 /// A state of the robot, in the order in which it passes through them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// The nominal arm on its base as stated: what the controller reaches.
+    /// What the controller reaches: measured against commanded positions or, without any, against the nominal arm on its base and
+    /// with its tool as stated.
     AsDelivered,
     /// The nominal arm, with base and whatever else is unknown of the set-up fitted.
     Nominal,
@@ -29,6 +32,9 @@ pub enum NoErrors {
     /// The data do not state the base or the tool: both are known from their rows alone.
     #[error("base or tool not stated")]
     NotStated,
+    /// The commanded positions are in another frame than the measured ones.
+    #[error("commanded in another frame")]
+    OtherFrame,
     /// The recommended model is the first.
     #[error("nothing is recommended beyond the calibration")]
     SameModel,
@@ -102,10 +108,12 @@ impl ErrorTable {
             let prediction = calibration.predict(judged, which).map_err(|e| NoErrors::Unpredictable(Arc::new(e)))?;
             Validation::of(&prediction).ok_or(NoErrors::Empty)
         };
+        let commanded = commanded_errors(judged, which);
         let is_stated = judged.iter().all(|d| !d.dataset.base_found && !d.dataset.tool_free);
         let as_delivered = if is_stated { errors(&calibrated.nominal()) } else { Err(NoErrors::NotStated) };
         let is_found = |v: &Validation| !(v.refitted.is_empty() && v.from_fit_rows.is_empty());
         let as_delivered = as_delivered.and_then(|v| if is_found(&v) { Err(NoErrors::NotStated) } else { Ok(v) });
+        let as_delivered = commanded.unwrap_or(as_delivered);
         let row = |stage, errors| ErrorRow { stage, errors };
         ErrorTable {
             held_out: has_validation || !judged.iter().any(is_fitted),
@@ -133,4 +141,27 @@ impl ErrorTable {
     pub fn before(&self) -> Option<&Validation> {
         self.errors(Stage::AsDelivered).or_else(|| self.errors(Stage::Nominal))
     }
+}
+
+/// Mean distance of measured from commanded positions, m, from which they are in different frames: the worst arm that was seen errs
+/// by some ten millimetres.
+const OTHER_FRAME: f64 = 50.0 * MM;
+
+/// The errors of measured against commanded positions; `None` unless every row has both.
+fn commanded_errors(judged: &[NamedDataset<'_>], which: Use) -> Option<Result<Validation, NoErrors>> {
+    let rows: Vec<&Sample> = judged.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s))).collect();
+    let miss = |s: &&Sample| match s.measured {
+        Measured::Point(point) => s.commanded.map(|commanded| point - commanded),
+        _ => None,
+    };
+    let residuals: Vec<_> = rows.iter().map(miss).collect::<Option<_>>()?;
+    let prediction = Prediction {
+        sample_ids: Vec::new(),
+        orientations: Vec::new(),
+        refitted: Vec::new(),
+        from_fit_rows: Vec::new(),
+        residuals,
+    };
+    let errors = Validation::of(&prediction)?;
+    Some(if errors.mean < OTHER_FRAME { Ok(errors) } else { Err(NoErrors::OtherFrame) })
 }

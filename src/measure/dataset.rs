@@ -160,6 +160,8 @@ pub struct Sample {
     pub session: Option<String>,
     /// Commanded joint angles, if `q` are read back, rad (N).
     pub q_commanded: Option<Vec<f64>>,
+    /// Commanded position of the point, world frame, m, of samples that measure a point.
+    pub commanded: Option<Vector3<f64>>,
     /// Measured joint torques, N·m (N).
     pub tau: Option<Vec<f64>>,
     /// One-sigma that overrides the dataset's noise, m.
@@ -342,6 +344,7 @@ impl Sample {
             repeat: None,
             session: None,
             q_commanded: None,
+            commanded: None,
             tau: None,
             sigma: None,
             extra: Vec::new(),

@@ -133,6 +133,7 @@ impl Generator {
         let orientation = matches!(measured, Measured::Point(_))
             .then(|| self.sometimes(|g| Orientation { rotation: g.vector(1.0), sigma: Some(g.positive(1e-3)) }));
         let nulled = matches!(measured, Measured::Ball { .. });
+        let commanded = matches!(measured, Measured::Point(_)).then(|| self.sometimes(|g| g.vector(2.0)));
         let sign = |g: &mut Self| g.0.random_range(-1..=1);
         Sample {
             tool_target: self.sometimes(|g| g.0.random_range(0..4)).filter(|r| *r < dataset.tool_targets.len()),
@@ -147,6 +148,7 @@ impl Generator {
             repeat: self.sometimes(Self::text),
             session: self.sometimes(Self::text),
             q_commanded: self.sometimes(|g| (0..joints).map(|_| g.number(1.0)).collect()),
+            commanded: commanded.flatten(),
             tau: self.sometimes(|g| (0..joints).map(|_| g.number(300.0)).collect()),
             sigma: self.sometimes(|g| g.positive(50.0 * UM)),
             extra: dataset.extra_columns.iter().map(|_| self.text()).collect(),
@@ -213,6 +215,7 @@ fn any_dataset_reads_back_as_written() {
             let numberless = |s: &Sample| Sample {
                 q: vec![],
                 q_commanded: None,
+                commanded: None,
                 sigma: None,
                 orientation: None,
                 measured: Measured::Point(Vector3::zeros()),

@@ -56,7 +56,7 @@ pub struct Arguments {
     tables: Vec<PathBuf>,
     /// The measured robot: built-in, a robot file or a URDF. A dataset names its own
     #[arg(long, value_name = "ROBOT")]
-    robot: Option<PathBuf>,
+    robot: Option<String>,
     /// One-sigma of the instrument for each coordinate, such as 20um or 0.02mm; if it is not given, it is found from the residuals
     #[arg(long, value_parser = length)]
     noise: Option<f64>,
@@ -172,7 +172,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         }
         return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
     }
-    let Some(named) = arguments.robot.as_ref().and_then(|r| r.to_str()) else {
+    let Some(named) = arguments.robot.as_deref() else {
         let problem =
             format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
         return Err(problem.into());
@@ -224,9 +224,9 @@ fn climbed(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Resu
 }
 
 /// The calibrated links as a URDF: the given one with new origins, if the robot was one.
-fn urdf_of(calibration: &Calibration, given: Option<&Path>) -> Result<String, Failure> {
+fn urdf_of(calibration: &Calibration, given: Option<&str>) -> Result<String, Failure> {
     let rigid = Compensator::new(calibration, &Task::default())?.rigid();
-    let reference = given.and_then(Path::to_str).map(RobotReference::parse);
+    let reference = given.map(RobotReference::parse);
     match reference.filter(|r| !BUILT_IN.contains(&r.name) && r.name.ends_with(".urdf")) {
         Some(RobotReference { name, ends }) => Ok(calibrated_urdf(Path::new(name), &ends, &calibration.robot, &rigid.robot)?),
         None => Ok(urdf(&rigid)),

@@ -343,7 +343,7 @@ fn data_and_calibrations_that_do_not_go_together() {
         (&["run", "s.toml", "again"], &["'again'", "--help"]),
         (&["run", "s.toml", "--seed", "-1"], &["--seed", "whole number"]),
         (&["run", "s.toml", "--out", ""], &["--out", "--help"]),
-        (&["calibrate"], &["'calibrate'", "--help"]),
+        (&["optimise"], &["'optimise'", "--help"]),
     ] {
         let error = refusal(&format!("{arguments:?}"), &calibench(folder.path(), arguments));
         assert!(named.iter().all(|part| error.contains(part)), "{arguments:?}: {error}");

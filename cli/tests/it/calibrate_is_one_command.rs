@@ -45,6 +45,8 @@ fn a_table_and_a_robot_are_enough() {
     let judged: Value = serde_json::from_str(&fs::read_to_string(at.join("ur5/judgement.json")).unwrap()).unwrap();
     assert_eq!(judged["format"], "calibench-judgement/1");
     assert!(number(&judged, "/errors/calibrated/mean_mm") < number(&judged, "/errors/nominal/mean_mm"), "{judged:#}");
+    // The table says where the robot was told to go: 2.5 mm from where it was seen.
+    assert!((number(&judged, "/errors/as_delivered/mean_mm") - 2.5).abs() < 0.3, "{judged:#}");
     // Every number is that of the verb which has it alone.
     let validated = json(at, &["validate", "ur5/calibration.toml", "ur5", "--json"]);
     let last = if judged["errors"]["recommended"]["mean_mm"].is_number() { "recommended" } else { "calibrated" };
@@ -57,6 +59,9 @@ fn a_table_and_a_robot_are_enough() {
         assert!(at.join("ur5").join(file).is_file(), "no {file}");
     }
     assert!(fs::metadata(at.join("ur5/calibration.toml")).unwrap().len() < 100_000);
+    // Once more into the same folder, which is called like the robot.
+    let again = calibench(at, &["calibrate", "table.csv", "--robot", "ur5", "-o", "ur5"]);
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
     // The folder is a dataset, and the same command on it gives the same errors.
     let again = json(at, &["calibrate", "ur5", "-o", "again", "--json"]);
     assert_eq!(again["errors"], judged["errors"]);

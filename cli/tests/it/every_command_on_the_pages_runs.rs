@@ -40,6 +40,7 @@ macro_rules! pages {
 pages! {
     readme: "README.md",
     adaptive: "docs/adaptive.md",
+    calibrate: "docs/calibrate.md",
     check: "docs/check.md",
     the_run: "docs/the-run.md",
     gauge: "docs/first-hour/gauge.md",

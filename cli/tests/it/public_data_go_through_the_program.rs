@@ -111,7 +111,7 @@ fn rows_that_were_fitted_are_known_under_another_name() {
         "{out}{err}"
     );
     let (_, out, err) = calibench(&[&"validate", &of_part, &part]);
-    assert!(!err.contains("rows that were fitted") && out.contains("measured on rows not fitted, 196 samples"), "{out}{err}");
+    assert!(!err.contains("rows that were fitted") && out.contains("measured, held out, 196 samples"), "{out}{err}");
     let fitted = |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--json"]), "fitted");
     assert_eq!((fitted(&of_whole, &part), fitted(&of_part, &part)), (1.0, 0.0));
     assert!((fitted(&of_part, &whole) - 0.7).abs() < 0.1);

@@ -46,7 +46,7 @@ pub struct BeforeAndAfter {
     pub fitted: usize,
     /// Number of poses judged.
     pub judged: usize,
-    /// Nominal arm, base and tool as stated.
+    /// What the controller reaches: against commanded positions, or the nominal arm on its base and with its tool as stated.
     pub as_delivered: StateErrors,
     /// Nominal arm, base and free tool fitted.
     pub nominal: StateErrors,

@@ -37,7 +37,7 @@ function states({ states: of, names }) {
   if (!of) return false;
   /** @type {[string, string, StateErrors][]} */
   const rows = [
-    ["as delivered", "base and tool as stated", of.as_delivered],
+    ["as delivered", "as commanded or stated", of.as_delivered],
     ["nominal", "base and free tool fitted", of.nominal],
     ["calibrated", "", of.calibrated],
   ];

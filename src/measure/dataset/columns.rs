@@ -28,6 +28,8 @@ pub(crate) enum Column {
     Session,
     Commanded(usize),
     CommandedSlide(usize),
+    /// A coordinate of the commanded position.
+    CommandedPoint(usize),
     Torque(usize),
     /// Force on a prismatic joint.
     Force(usize),
@@ -55,14 +57,15 @@ impl RowKind {
 /// The kinds of rows.
 pub(crate) const KINDS: [RowKind; 4] = {
     use Column::*;
+    let commanded = &[CommandedPoint(0), CommandedPoint(1), CommandedPoint(2)];
     let gauge = &[Reading(0), Reading(1), Reading(2), Plunger(0), Plunger(1), Plunger(2)];
     [
         RowKind { name: "ball", required: &[Ball], optional: gauge },
-        RowKind { name: "point", required: &[World(0), World(1), World(2)], optional: &[] },
+        RowKind { name: "point", required: &[World(0), World(1), World(2)], optional: commanded },
         RowKind {
             name: "pose",
             required: &[World(0), World(1), World(2), Rotation(0), Rotation(1), Rotation(2)],
-            optional: &[SigmaOrientation],
+            optional: &[SigmaOrientation, CommandedPoint(0), CommandedPoint(1), CommandedPoint(2)],
         },
         RowKind { name: "distance", required: &[Anchor, Distance], optional: &[] },
     ]
@@ -88,7 +91,7 @@ impl Column {
     }
 
     /// The quantities of several columns, the joints first: all columns of one are present, or none.
-    pub fn quantities(robot: &Robot) -> [Vec<Column>; 8] {
+    pub fn quantities(robot: &Robot) -> [Vec<Column>; 9] {
         let n = robot.joints();
         let of_joints = |component: fn(&Robot, usize) -> Column| (0..n).map(|i| component(robot, i)).collect();
         let each = |component: fn(usize) -> Column, count: usize| (0..count).map(component).collect();
@@ -100,6 +103,7 @@ impl Column {
             each(Column::Approach, n),
             each(Column::Plunger, 3),
             of_joints(Column::commanded),
+            each(Column::CommandedPoint, 3),
             of_joints(Column::load),
         ]
     }
@@ -122,6 +126,7 @@ impl Column {
             each(Plunger, 3),
             vec![Posture, Repeat],
             of_joints(Column::commanded),
+            each(CommandedPoint, 3),
             of_joints(Column::load),
             vec![Sigma, SigmaOrientation],
         ]
@@ -153,6 +158,7 @@ impl Column {
             Column::Session => "session".into(),
             Column::Commanded(i) => format!("qcmd{}_deg", i + 1),
             Column::CommandedSlide(i) => format!("qcmd{}_mm", i + 1),
+            Column::CommandedPoint(i) => format!("{}cmd_mm", ["x", "y", "z"][i]),
             Column::Force(i) => format!("tau{}_n", i + 1),
             Column::Torque(i) => format!("tau{}_nm", i + 1),
             Column::Sigma => "sigma_um".into(),
@@ -188,6 +194,9 @@ impl Column {
             Column::Session => "Rows of one session share one base and one tool; another session has its own.",
             Column::Commanded(_) => "Commanded joint angle, where `q1_deg` ... are those read back, deg.",
             Column::CommandedSlide(_) => "Commanded position of a prismatic joint, mm.",
+            Column::CommandedPoint(_) => {
+                "Commanded position of the point, world frame, mm: with it the errors of the robot as delivered are known."
+            }
             Column::Force(_) => "Measured force on a prismatic joint, N.",
             Column::Torque(_) => "Measured joint torque, N·m; used instead of the masses if the model says so.",
             Column::Sigma => "One-sigma of this row in place of that of dataset.toml, um.",

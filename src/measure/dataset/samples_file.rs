@@ -297,6 +297,7 @@ impl<'a> Row<'a> {
             repeat: self.text(Column::Repeat).map(str::to_owned),
             session: self.text(Column::Session).map(str::to_owned),
             q_commanded: self.positions(robot, Column::commanded)?,
+            commanded: self.vector(Column::CommandedPoint, MM, POINT_MM)?,
             tau: self.torques(robot)?,
             sigma: self.positive(Column::Sigma, UM, READING_UM)?,
             extra: self

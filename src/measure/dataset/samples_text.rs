@@ -59,6 +59,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Repeat, _) => sample.repeat.clone().unwrap_or_default(),
         (Column::Session, _) => sample.session.clone().unwrap_or_default(),
         (Column::Commanded(k), _) => numbers(sample.q_commanded.as_deref(), k, DEG),
+        (Column::CommandedPoint(k), _) => sample.commanded.map_or_else(String::new, |p| number(p[k], MM)),
         (Column::CommandedSlide(k), _) => numbers(sample.q_commanded.as_deref(), k, MM),
         (Column::Torque(k) | Column::Force(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
         (Column::Sigma, _) => sample.sigma.map(|s| number(s, UM)).unwrap_or_default(),
