@@ -62,6 +62,9 @@ pub struct Examination {
 /// a torque that is zero say, and its shape would be that of the processor's last bits.
 const NOTHING: f64 = 1e-9;
 
+/// Least variance of whitened residuals: as many rows as unknowns are fitted exactly, and leave nothing to judge by.
+pub(crate) const LEAST_UNIT: f64 = 1e-12;
+
 /// If the model absorbs all but this share of a candidate, its remainder is rounding.
 const ABSORBED: f64 = 1e-12;
 
@@ -296,6 +299,7 @@ impl Examination {
     /// When an inner product is not finite: with a prior, the precision is positive definite.
     pub(crate) fn posterior(&self, candidate: usize, width: f64, unit: f64) -> Result<(DVector<f64>, DMatrix<f64>), FitError> {
         let Span { first, count } = self.spans[candidate];
+        let unit = unit.max(LEAST_UNIT);
         let precision =
             self.gram.view((first, first), (count, count)) / unit + DMatrix::identity(count, count) / (width * width);
         let covariance = positive_definite::inverse(precision)?;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::background::Background;
 use super::evidence::{Seen, ln_mean_exp};
-use super::examination::Examination;
+use super::examination::{Examination, LEAST_UNIT};
 use super::sweep::{self, Sweep};
 use crate::effects::own::{OwnEffect, OwnTerm};
 use crate::identify::fit::FitError;
@@ -329,7 +329,7 @@ fn curve(
     let (_, length, count, amplitude, block) = if first.0 >= second.0 { first } else { second };
     let remainder = &examination.remainder;
     let explained = Seen::new(block.k.clone(), &block.z).explained().0;
-    let noise = ((remainder.squares - explained) / remainder.dof).max(f64::MIN_POSITIVE);
+    let noise = ((remainder.squares - explained) / remainder.dof).max(LEAST_UNIT);
     let precision = &block.k / noise + DMatrix::identity(count, count) / (amplitude * amplitude);
     let covariance = positive_definite::inverse(precision)?;
     let mean: DVector<f64> = &covariance * &block.z / noise;

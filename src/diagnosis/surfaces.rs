@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::background::Background;
 use super::evidence::{Seen, ln_mean_exp};
-use super::examination::Examination;
+use super::examination::{Examination, LEAST_UNIT};
 use super::heat_map::{AMPLITUDE, CREDIBLE_ODDS, CurveTerm, SIZES, Scaled, Variable, own_effect, size, term, variables};
 use super::sweep::{self, Block, Sweep};
 use crate::effects::own::OwnEffect;
@@ -178,7 +178,7 @@ fn of_pair(
 /// Sum of squares that the posterior mean of these columns explains, for coefficients of `amplitude` and residuals of variance
 /// `unit`.
 fn explained(block: &Block, amplitude: f64, unit: f64) -> Result<f64, FitError> {
-    let count = block.z.len();
+    let (count, unit) = (block.z.len(), unit.max(LEAST_UNIT));
     let precision = &block.k / unit + DMatrix::identity(count, count) / (amplitude * amplitude);
     let mean = positive_definite::inverse(precision)? * (&block.z / unit);
     Ok(2.0 * mean.dot(&block.z) - (&block.k * &mean).dot(&mean))

