@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 
 use super::polyline::turn;
 use super::request::WayRequest;
-use super::search::searched;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::SiteIndex;
 use crate::robot::solids::ClearanceCheck;
@@ -30,15 +29,15 @@ pub(super) fn home_postures(request: &WayRequest<'_>, postures: &[&[f64]]) -> Ve
     let nominal = vec![0.0; SiteIndex::new(robot.joints()).len()];
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(0xB2 << 56);
-    let ranges = searched(robot, postures);
     let far = |q: &[f64]| postures.iter().map(|p| turn(p, q)).sum::<f64>() / postures.len().max(1) as f64;
     let mut found: Vec<((f64, f64), Vec<f64>)> = Vec::new();
     for _ in 0..DRAWS {
-        let q: Vec<f64> = ranges
+        let q: Vec<f64> = robot
+            .links
             .iter()
-            .map(|[low, high]| {
-                let keep = FROM_LIMITS.min(0.25 * (high - low));
-                low + keep + (high - low - 2.0 * keep) * random.random::<f64>()
+            .map(|l| {
+                let keep = FROM_LIMITS.min(0.25 * (l.limits[1] - l.limits[0]));
+                l.limits[0] + keep + (l.limits[1] - l.limits[0] - 2.0 * keep) * random.random::<f64>()
             })
             .collect();
         posture.set(robot, base, tool, &q, &nominal);

@@ -1,15 +1,12 @@
 //! Ways where no straight motion is clear: bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner & LaValle 2000),
 //! shortened.
 
-use std::f64::consts::{PI, TAU};
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::cell::RefCell;
 
 use super::polyline::{length, turn};
 use super::request::WayRequest;
-use crate::robot::Robot;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::SiteIndex;
 use crate::robot::solids::{ClearanceCheck, SweptCheck};
@@ -23,11 +20,6 @@ const TRIES: usize = 3_000;
 const SEARCHES: u64 = 5;
 /// Largest reduction of the gap between two nodes, m: the search requires more than the way must have.
 const BETWEEN_NODES: f64 = 3.0 * MM;
-/// Number of times that the joints of an arm reach each posture, all joints together, from which a search keeps to the neighbourhood
-/// of its ends: the six joints of a UR turn twice, and the tree would have to fill 64 times the space.
-const MANY_TURNS: f64 = 8.0;
-/// Half the width of that neighbourhood beyond the ends, rad.
-const BEYOND_THE_ENDS: f64 = 0.5 * PI;
 /// Attempts at a straight connection between two points of the way.
 const SHORTCUTS: usize = 120;
 
@@ -44,7 +36,6 @@ pub(super) fn path(
     let mut check = ClearanceCheck::new(robot, surroundings);
     let mut posture = Posture::new(robot);
     let nominal = vec![0.0; SiteIndex::new(robot.joints()).len()];
-    let ranges = searched(robot, &[from, to]);
     for search in 0..SEARCHES {
         let random = RefCell::new(ChaCha8Rng::seed_from_u64(seed));
         random.borrow_mut().set_stream((0xB1 << 56) | search);
@@ -58,7 +49,7 @@ pub(super) fn path(
         };
         let sample = || {
             let mut random = random.borrow_mut();
-            ranges.iter().map(|[low, high]| low + (high - low) * random.random::<f64>()).collect()
+            robot.links.iter().map(|l| l.limits[0] + (l.limits[1] - l.limits[0]) * random.random::<f64>()).collect()
         };
         let Ok(mut found) = rrt::dual_rrt_connect(from, to, &mut is_free, sample, BRANCH, TRIES) else { continue };
         // The library joins its two trees without checking the last branch.
@@ -76,18 +67,6 @@ pub(super) fn path(
         return Some(found);
     }
     None
-}
-
-/// The ranges of the joints, rad, in which a way between these postures is sought.
-pub(super) fn searched(robot: &Robot, ends: &[&[f64]]) -> Vec<[f64; 2]> {
-    let limits = robot.links.iter().map(|l| l.limits);
-    let turns: f64 = limits.clone().map(|[low, high]| ((high - low) / TAU).max(1.0)).product();
-    let near = |(joint, [low, high]): (usize, [f64; 2])| {
-        let of = ends.iter().filter_map(|q| q.get(joint));
-        let [least, most] = of.fold([high, low], |[least, most], q| [q.min(least), q.max(most)]);
-        [(least - BEYOND_THE_ENDS).max(low), (most + BEYOND_THE_ENDS).min(high)]
-    };
-    if ends.is_empty() || turns < MANY_TURNS { limits.collect() } else { limits.enumerate().map(near).collect() }
 }
 
 /// Replaces parts of a polyline by straight motions if these are clear and shorter.
