@@ -3,6 +3,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Least variance of whitened residuals: as many rows as unknowns are fitted exactly, and leave nothing to judge by.
+pub(crate) const LEAST_UNIT: f64 = 1e-12;
+
 /// Sizes over which a candidate is averaged, one sigma in plausible sizes: a decade either side of 1 (decision 0012).
 pub(crate) const SIZES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 

@@ -5,7 +5,7 @@ mod wide;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::evidence::{Remainder, Seen};
+use super::evidence::{LEAST_UNIT, Remainder, Seen};
 use super::library::{Candidate, Library};
 use super::projection::Projection;
 use crate::effects::EffectId;
@@ -61,9 +61,6 @@ pub struct Examination {
 /// A candidate that moves nothing by more than this share of the noise moves nothing: what remains of its columns is rounding, of
 /// a torque that is zero say, and its shape would be that of the processor's last bits.
 const NOTHING: f64 = 1e-9;
-
-/// Least variance of whitened residuals: as many rows as unknowns are fitted exactly, and leave nothing to judge by.
-pub(crate) const LEAST_UNIT: f64 = 1e-12;
 
 /// If the model absorbs all but this share of a candidate, its remainder is rounding.
 const ABSORBED: f64 = 1e-12;

@@ -11,8 +11,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::background::Background;
-use super::evidence::{Seen, ln_mean_exp};
-use super::examination::{Examination, LEAST_UNIT};
+use super::evidence::{LEAST_UNIT, Seen, ln_mean_exp};
+use super::examination::Examination;
 use super::sweep::{self, Sweep};
 use crate::effects::own::{OwnEffect, OwnTerm};
 use crate::identify::fit::FitError;

@@ -9,8 +9,8 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::background::Background;
-use super::evidence::{Seen, ln_mean_exp};
-use super::examination::{Examination, LEAST_UNIT};
+use super::evidence::{LEAST_UNIT, Seen, ln_mean_exp};
+use super::examination::Examination;
 use super::heat_map::{AMPLITUDE, CREDIBLE_ODDS, CurveTerm, SIZES, Scaled, Variable, own_effect, size, term, variables};
 use super::sweep::{self, Block, Sweep};
 use crate::effects::own::OwnEffect;
