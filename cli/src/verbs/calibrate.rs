@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let chosen = ladder.recommended();
     let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
     let met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
-    let commands = Recommended::of(&[folder.clone()], Some(&folder.join(MODEL)));
+    let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
     let to_do = what_to_do_now(&ladder, &judgement, &folder.join(CALIBRATION).display().to_string(), &commands);
     let cause = &ladder.first().diagnosis;
     let document = documents::Judged {
@@ -155,7 +155,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write_whole(&inside.join(JUDGEMENT), format!("{:#}\n", to_value(&document)).as_bytes())
     })?;
     waiting.begin("writing the report");
-    super::report::write_report(&[folder.clone()], &folder.join(MODEL), &folder.join(super::report::FILE))?;
+    super::report::write_report(std::slice::from_ref(folder), &folder.join(MODEL), &folder.join(super::report::FILE))?;
     drop(waiting);
     if arguments.json {
         print_json(&document)?;
@@ -196,7 +196,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
     let understood: Vec<String> = [Some(rows), said("joints: "), said("positions: ")].into_iter().flatten().collect();
     print_detail(report.to_string());
-    guessed.reasons.iter().for_each(|reason| print_detail(reason));
+    guessed.reasons.iter().for_each(print_detail);
     Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })
 }
 
