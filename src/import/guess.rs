@@ -52,7 +52,7 @@ impl Guess {
     /// Imports files of the kind of the table through the proposed map.
     ///
     /// # Errors
-    /// As [`import`](super::import::import).
+    /// As [`import`](super::import).
     pub fn import(&self, files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
         let (map, dataset) = ColumnMap::parse(Path::new("map"), &self.map, Path::new(""))?;
         let (dataset, report) = by_map(&map, dataset, files, &options.sets)?;
