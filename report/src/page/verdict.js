@@ -1,7 +1,7 @@
 // @ts-check
 // What the report says before all else.
 
-import { element, sentence, worded } from "./elements.js";
+import { element, scrolling, sentence, worded } from "./elements.js";
 import { capital, millimetres, thousandths } from "./text.js";
 
 /**
@@ -53,7 +53,10 @@ function states({ states: of, names }) {
     {},
     head.map((text) => (text ? element("th", { scope: "col" }, text) : element("td", {}))),
   );
-  return element("table", { class: "states" }, element("thead", {}, header), element("tbody", {}, rows.map(line)));
+  return scrolling(
+    "Errors before and after",
+    element("table", { class: "states" }, element("thead", {}, header), element("tbody", {}, rows.map(line))),
+  );
 }
 
 /** @param {Report} report */
