@@ -9,9 +9,9 @@ mod expectations;
 pub use error_table::{ErrorRow, ErrorTable, NoErrors, Stage};
 pub use expectations::Expectations;
 
-use crate::identify::calibration::{Calibration, IdentifyError};
+use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
-use crate::selection::ladder::{Ladder, LadderStep};
+use crate::selection::ladder::Ladder;
 
 /// The errors of a robot, measured and expected.
 #[derive(Debug, Clone)]
@@ -23,37 +23,13 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// The judgement of one model: fitted to `datasets`, judged on the rows of set `validation` of `judged`, or on its own rows if
-    /// there are none.
+    /// The judgement of a ladder run on `datasets`: its first model is the calibration, and another that it recommends stands beside
+    /// it. They are judged on `judged` (see [`ErrorTable::of`]).
     ///
     /// # Errors
     /// When a matrix cannot be factored.
-    pub fn of_step(
-        datasets: &[NamedDataset<'_>],
-        judged: &[NamedDataset<'_>],
-        step: &LadderStep,
-    ) -> Result<Judgement, IdentifyError> {
-        Judgement::of(datasets, judged, &step.calibration, step)
-    }
-
-    /// The judgement of a ladder: its first model is the calibration, and another that it recommends stands beside it.
-    ///
-    /// # Errors
-    /// As [`Judgement::of_step`].
-    pub fn of_ladder(
-        datasets: &[NamedDataset<'_>],
-        judged: &[NamedDataset<'_>],
-        ladder: &Ladder,
-    ) -> Result<Judgement, IdentifyError> {
-        Judgement::of(datasets, judged, &ladder.first().calibration, ladder.recommended())
-    }
-
-    fn of(
-        datasets: &[NamedDataset<'_>],
-        judged: &[NamedDataset<'_>],
-        calibrated: &Calibration,
-        recommended: &LadderStep,
-    ) -> Result<Judgement, IdentifyError> {
+    pub fn of(datasets: &[NamedDataset<'_>], judged: &[NamedDataset<'_>], ladder: &Ladder) -> Result<Judgement, IdentifyError> {
+        let (calibrated, recommended) = (&ladder.first().calibration, ladder.recommended());
         let other = (recommended.calibration.model != calibrated.model).then_some(&recommended.calibration);
         Ok(Judgement { errors: ErrorTable::of(judged, calibrated, other), expected: Expectations::of(datasets, recommended)? })
     }

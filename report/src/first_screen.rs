@@ -6,7 +6,7 @@ use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
 use super::ladder_sentences::unconverged_sentence;
 use super::printout::Printout;
 use super::recommended::Recommended;
-use super::tables::{Table, plain_table};
+use super::tables::{Table, plain_table, validation_row};
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
@@ -75,6 +75,13 @@ pub fn error_table(errors: &ErrorTable, tolerance: Option<f64>) -> Table {
     plain_table([title.as_str(), "mean", "95 %", "max", ""], errors.rows.iter().filter(is_said).map(row).collect())
 }
 
+/// The rows of a table of errors that come before the calibration: as delivered and nominal, where they are known.
+#[must_use]
+pub fn rows_before(errors: &ErrorTable) -> Vec<[String; 7]> {
+    let of = |row: &ErrorRow| Some(validation_row(stage_name(row.stage), row.errors.as_ref().ok()?));
+    errors.rows.iter().take_while(|row| row.stage != Stage::Calibrated).filter_map(of).collect()
+}
+
 /// How many poses meet a tolerance (m).
 fn met(errors: &Validation, tolerance: f64) -> String {
     let count = errors.errors.iter().filter(|e| **e <= tolerance).count();
@@ -129,23 +136,18 @@ pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, comman
     all
 }
 
-/// A first screen without files and advice: the data, the errors before and after, what is to be expected, the cause.
+/// A first screen without files and advice: the data, the errors before and after, what is to be expected, and what causes the
+/// residual of the first model.
 #[must_use]
 pub fn first_screen(
     name: &str,
     datasets: &[NamedDataset<'_>],
-    errors: &ErrorTable,
-    expected: Option<&Expectations>,
-    cause: Option<&Diagnosis>,
+    judgement: &Judgement,
+    first: &Diagnosis,
     tolerance: Option<f64>,
 ) -> Printout {
-    let mut out = Printout::from(data_line(name, errors, datasets) + "\n");
-    out.push(error_table(errors, tolerance));
-    if let Some(expected) = expected {
-        out.push(format!("\n{}", expected_sentence(expected)));
-    }
-    if let Some(diagnosis) = cause {
-        out.push(format!("\nCause: {}.", cause_words(diagnosis)));
-    }
-    out
+    let Judgement { errors, expected } = judgement;
+    Printout::from(data_line(name, errors, datasets) + "\n")
+        + error_table(errors, tolerance)
+        + format!("\n{}\nCause: {}.", expected_sentence(expected), cause_words(first))
 }

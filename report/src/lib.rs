@@ -47,7 +47,7 @@ pub use figures::{
     RESIDUAL, UNEXPLAINED, expected, figures_table,
 };
 pub use finding_notes::added_sentences;
-pub use first_screen::{data_line, error_table, expected_sentence, first_screen, stage_name, what_to_do_now};
+pub use first_screen::{data_line, error_table, expected_sentence, first_screen, rows_before, what_to_do_now};
 pub use fleet::{fleet_sentence, fleet_text};
 pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_table};

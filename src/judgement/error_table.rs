@@ -60,6 +60,8 @@ pub struct ErrorRow {
 pub struct ErrorTable {
     /// True if the poses were held out of the fit.
     pub held_out: bool,
+    /// True if the errors as delivered are those of measured against commanded positions.
+    pub by_commands: bool,
     /// Number of samples fitted.
     pub fitted: usize,
     /// One row a state, in their order.
@@ -113,10 +115,12 @@ impl ErrorTable {
         let as_delivered = if is_stated { errors(&calibrated.nominal()) } else { Err(NoErrors::NotStated) };
         let is_found = |v: &Validation| !(v.refitted.is_empty() && v.from_fit_rows.is_empty());
         let as_delivered = as_delivered.and_then(|v| if is_found(&v) { Err(NoErrors::NotStated) } else { Ok(v) });
+        let by_commands = commanded.is_some();
         let as_delivered = commanded.unwrap_or(as_delivered);
         let row = |stage, errors| ErrorRow { stage, errors };
         ErrorTable {
             held_out: has_validation || !judged.iter().any(is_fitted),
+            by_commands,
             fitted: calibrated.samples,
             rows: [
                 row(Stage::AsDelivered, as_delivered),
@@ -135,11 +139,6 @@ impl ErrorTable {
     /// The errors in the last state that has any: those to go on with.
     pub fn last(&self) -> Option<&Validation> {
         self.rows.iter().rev().find_map(|row| row.errors.as_ref().ok())
-    }
-
-    /// The largest errors of the first two states: how bad it was.
-    pub fn before(&self) -> Option<&Validation> {
-        self.errors(Stage::AsDelivered).or_else(|| self.errors(Stage::Nominal))
     }
 }
 

@@ -12,6 +12,8 @@ use calibench::identify::{Model, are_copied};
 use calibench::measure::dataset::file::{DATASET_TOML, read_dataset};
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::prediction::{Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
+use calibench::robot::BUILT_IN;
+use calibench::robot::robot_file::RobotReference;
 use calibench_report::documents::Run;
 use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 pub use calibench_workbench::{locate_in_data, model_for};
@@ -87,6 +89,15 @@ pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Fail
         datasets.push((end(whole, length), dataset));
     }
     Ok(datasets)
+}
+
+/// The reference of a robot, for a map that may be anywhere: a file by its whole path; a built-in robot needs none.
+pub fn from_anywhere(named: &str) -> String {
+    let RobotReference { name, .. } = RobotReference::parse(named);
+    match Path::new(name).canonicalize() {
+        Ok(absolute) if !BUILT_IN.contains(&name) => named.replacen(name, &absolute.to_string_lossy(), 1),
+        _ => named.to_owned(),
+    }
 }
 
 /// Reads a fleet of the robot of the data.

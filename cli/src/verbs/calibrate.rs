@@ -27,7 +27,7 @@ use calibench::units::{MM, UM};
 use calibench_report::documents::{self, to_value};
 use calibench_report::{Recommended, all_called, first_screen, what_to_do_now};
 
-use crate::arguments::data::MODEL;
+use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_detail, print_json};
@@ -79,13 +79,9 @@ pub struct Arguments {
 /// A length with its unit, m.
 fn length(text: &str) -> Result<f64, String> {
     let help = || "give a length with its unit, such as 20um or 0.2mm".to_owned();
-    let unit = ["um", "µm", "mm", "m"].into_iter().find(|unit| text.ends_with(unit)).ok_or_else(help)?;
+    let (unit, si) =
+        [("um", UM), ("µm", UM), ("mm", MM), ("m", 1.0)].into_iter().find(|(unit, _)| text.ends_with(unit)).ok_or_else(help)?;
     let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
-    let si = match unit {
-        "mm" => 1e-3,
-        "m" => 1.0,
-        _ => UM,
-    };
     if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
 }
 
@@ -121,12 +117,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let name = name_of(folder);
     waiting.begin("calibrating");
     let named = [NamedDataset::new(&name, &dataset)];
-    let ladder = climbed(&waiting, &named, &Model::default_for(&dataset))?;
+    let ladder = run_ladder(&waiting, &named, &Model::default_for(&dataset))?;
     waiting.begin("judging");
-    let judgement = Judgement::of_ladder(&named, &named, &ladder)?;
+    let judgement = Judgement::of(&named, &named, &ladder)?;
     let chosen = ladder.recommended();
     let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
-    let met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
+    let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
+    let outcome = if is_met { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
     let to_do = what_to_do_now(&ladder, &judgement, &folder.join(CALIBRATION).display().to_string(), &commands);
     let cause = &ladder.first().diagnosis;
@@ -159,15 +156,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(waiting);
     if arguments.json {
         print_json(&document)?;
-        return Ok(if met { Outcome::Done } else { Outcome::ExpectationFailed });
+        return Ok(outcome);
     }
     said.iter().try_for_each(|line| print(line))?;
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
-    print_answer(first_screen(&name, &named, &judgement.errors, Some(&judgement.expected), Some(cause), arguments.tolerance))?;
+    print_answer(first_screen(&name, &named, &judgement, cause, arguments.tolerance))?;
     to_do.iter().try_for_each(|line| print_answer(format!("Next: {line}.")))?;
     let links = if urdf.is_ok() { format!("{URDF}, ") } else { String::new() };
     print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {links}report.html", folder.display()))?;
-    Ok(if met { Outcome::Done } else { Outcome::ExpectationFailed })
+    Ok(outcome)
 }
 
 /// The name of the data: that of the folder.
@@ -190,7 +187,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
             format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
         return Err(problem.into());
     };
-    let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &absolute(named))?;
+    let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &from_anywhere(named))?;
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
     let rows = format!("Read: {} rows", dataset.samples.len());
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
@@ -207,17 +204,8 @@ fn as_written(dataset: &Dataset) -> Result<Dataset, Failure> {
     Ok(read_dataset(folder.path())?)
 }
 
-/// The reference of a robot, wherever the map that holds it is.
-fn absolute(named: &str) -> String {
-    let RobotReference { name, .. } = RobotReference::parse(named);
-    match Path::new(name).canonicalize() {
-        Ok(absolute) if !BUILT_IN.contains(&name) => named.replacen(name, &absolute.to_string_lossy(), 1),
-        _ => named.to_owned(),
-    }
-}
-
 /// The ladder, its progress told in the spinner.
-fn climbed(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Result<Ladder, Failure> {
+fn run_ladder(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Result<Ladder, Failure> {
     let poses = WorkspacePoses::of(named);
     let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let mut steps = 0;

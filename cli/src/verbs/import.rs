@@ -10,13 +10,13 @@ use calibench::measure::campaign::journal::refuse_measured;
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
 use calibench::measure::dataset::{NamedDataset, SampleSet};
 use calibench::residuals::misfit::data_fit;
-use calibench::robot::BUILT_IN;
-use calibench::robot::robot_file::{RobotReference, robot};
+use calibench::robot::robot_file::robot;
 use calibench::units::MM;
 use calibench_report::{documents, misfit_sentence};
 use serde_json::json;
 
 use crate::arguments::choices::seed;
+use crate::arguments::data::from_anywhere;
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{note, print, print_answer, print_json};
@@ -130,14 +130,8 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     check_output_file(&arguments.output)?;
     let robot = robot(named, Path::new(""))?;
-    // The map may be anywhere; a built-in robot needs no path.
-    let RobotReference { name, .. } = RobotReference::parse(named);
-    let reference = match Path::new(name).canonicalize() {
-        Ok(absolute) if !BUILT_IN.contains(&name) => named.replacen(name, &absolute.to_string_lossy(), 1),
-        _ => named.to_owned(),
-    };
     let waiting = Waiting::new("guessing");
-    let found = guess(file, &robot, &reference)?;
+    let found = guess(file, &robot, &from_anywhere(named))?;
     drop(waiting);
     write_whole(&arguments.output, found.map.as_bytes())?;
     // The map is tried as written, where it can be read again.

@@ -16,7 +16,7 @@ use calibench::prediction::WorkspacePoses;
 use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
 use calibench_report::{
-    Printout, Table, documents, histogram, judged_alike, plain_table, stage_name, validation_row, validation_table,
+    Printout, Table, documents, histogram, judged_alike, plain_table, rows_before, validation_row, validation_table,
 };
 
 use super::identify::story;
@@ -179,10 +179,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
 /// Position errors before and after calibration, each method's above the paper's.
 fn errors_table(run: &Run) -> Table {
     let judged = [NamedDataset::new("validation", &run.validation)];
-    let table = ErrorTable::of(&judged, &run.trical.calibration, None);
-    let before = table.rows.iter().take(2);
-    let mut rows: Vec<_> =
-        before.filter_map(|row| Some(validation_row(stage_name(row.stage), row.errors.as_ref().ok()?))).collect();
+    let mut rows = rows_before(&ErrorTable::of(&judged, &run.trical.calibration, None));
     for method in [&run.trical, &run.tracker] {
         rows.push(validation_row(title(method.name), &method.validation));
         if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {

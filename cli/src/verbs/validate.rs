@@ -12,7 +12,7 @@ use calibench::units::MM;
 use calibench_report::documents::{BeforeAndAfter, OutsideRange, Validated};
 use calibench_report::{
     NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, orientation_table,
-    stage_name, validation_row, validation_table,
+    rows_before, validation_row, validation_table,
 };
 
 use super::compare::of_fitted_rows;
@@ -84,9 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let figure = if is_the_fit || fitted.is_some_and(|share| share > 0.5) { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
-    let before =
-        table.rows.iter().take(2).filter_map(|row| Some(validation_row(stage_name(row.stage), row.errors.as_ref().ok()?)));
-    print_answer(validation_table(before.chain([validation_row(&name, &validation)]).collect()))?;
+    print_answer(validation_table([rows_before(&table), vec![validation_row(&name, &validation)]].concat()))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(orientation_table(errors)))?;
     if let Ok(forecast) = expected {
         print(forecast.sentence())?;

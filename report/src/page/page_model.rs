@@ -117,6 +117,8 @@ impl PageModel {
         let PageSubject { datasets, judged, .. } = subject;
         let LadderStep { calibration, diagnosis, .. } = &self.ladder_step;
         let forecast = self.forecast();
+        let rows = if has_validation(judged) { judged } else { datasets };
+        let errors = ErrorTable::of(rows, calibration, None);
         let mut document = json!({
             "format": FORMAT,
             "title": subject.title,
@@ -125,17 +127,13 @@ impl PageModel {
             "verdict": verdict(&self.ladder_step, forecast.as_ref()),
             "figures": key_figures(&self.ladder_step, forecast.as_ref()),
             "names": figures::names(self.poses.source),
-            "states": documents::BeforeAndAfter::of(&ErrorTable::of(
-                if has_validation(judged) { judged } else { datasets },
-                calibration,
-                None,
-            )),
+            "states": documents::BeforeAndAfter::of(&errors),
             "commands_from": subject.commands_from,
             "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref()),
             "meanings": candidate::meanings(diagnosis, &ladder),
             "calibration": flagged(fitted(calibration), &self.ladder_step),
             "ladder": ladder,
-            "drawn": nominal(calibration, datasets, judged)?,
+            "drawn": nominal(calibration, rows, &errors)?,
             "validation": self.ladder_step.validation.as_ref().map(documents::Validation::of),
             "workspace": forecast.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
             "campaign": subject.campaign.map(CampaignRecord::json),
@@ -311,18 +309,13 @@ pub(super) fn judge(mut ladder_step: LadderStep, subject: &PageSubject<'_>) -> R
     Ok(LadderStep { validation, ..ladder_step })
 }
 
-/// Position errors of the robot as delivered on the validation rows or, without any, on the fit rows; of the nominal robot where
-/// nobody stated how it stands.
-fn nominal(
-    calibration: &Calibration,
-    datasets: &[NamedDataset<'_>],
-    judged: &[NamedDataset<'_>],
-) -> Result<Value, IdentifyError> {
-    let held_out = has_validation(judged);
-    let table = ErrorTable::of(if held_out { judged } else { datasets }, calibration, None);
-    let as_delivered = table.errors(Stage::AsDelivered).is_some();
+/// Position errors of the nominal robot on the validation rows or, without any, on the fit rows: as delivered, if that is how the
+/// table of `errors` knows it; once its base is fitted, if nobody stated how it stands.
+fn nominal(calibration: &Calibration, rows: &[NamedDataset<'_>], errors: &ErrorTable) -> Result<Value, IdentifyError> {
+    let as_delivered = errors.errors(Stage::AsDelivered).is_some() && !errors.by_commands;
     let nominal = if as_delivered { calibration.nominal() } else { calibration.nominal().set_up_anew() };
-    let (rows, which) = if held_out { (judged, Use::Validation) } else { (datasets, Use::Fit) };
+    let held_out = has_validation(rows);
+    let which = if held_out { Use::Validation } else { Use::Fit };
     let (prediction, calibrated) = (nominal.predict(rows, which)?, calibration.predict(rows, which)?);
     let errors = Validation::of(&prediction);
     Ok(json!({
