@@ -127,9 +127,9 @@ pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, comman
         _ => {}
     }
     if !ladder.first().calibration.noise_stated {
-        let explains = judgement.errors.errors(Stage::Calibrated).map_or(0.0, |v| v.rms / 3f64.sqrt());
+        let explains = judgement.errors.last().map_or(0.0, |v| v.rms / 3f64.sqrt());
         all.push(format!(
-            "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm per axis would explain what is left",
+            "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm per axis would explain the residual",
             explains / UM
         ));
     }
