@@ -180,10 +180,10 @@ const OUTLIER_ODDS: f64 = 20.0;
 const TRIED: usize = 4;
 
 impl Diagnosis {
-    /// Withdraws the verdict "noise" for data that do not fit their robot and were accepted by force: their residual is not
-    /// noise.
-    pub fn doubt_noise(&mut self) {
-        if self.verdict_without_suspects.unwrap_or(self.verdict).is_noise() {
+    /// Withdraws a verdict that names no effect, for data that do not fit their robot and were accepted by force: that they do not
+    /// fit is why their residual is neither noise nor what a robot beyond the model leaves.
+    pub fn doubt(&mut self) {
+        if !self.verdict_without_suspects.unwrap_or(self.verdict).names_effects() {
             (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);
         }
     }

@@ -1,7 +1,6 @@
-//! Judgement: how a robot was, how it is, and how it is to be expected, from one place.
+//! Judgement: how a robot was, how it is, how it is to be expected, what causes it, and what to do, from one place.
 //!
-//! Every screen that says how large the errors were before a calibration and after it, and what is to be expected where nothing was
-//! measured, reads a [`Judgement`]; none computes a part of it again.
+//! Every screen that says so reads a [`Judgement`]; none computes a part of it again.
 
 mod error_table;
 mod expectations;
@@ -9,17 +8,23 @@ mod expectations;
 pub use error_table::{ErrorRow, ErrorTable, NoErrors, Stage};
 pub use expectations::Expectations;
 
+use crate::diagnosis::Diagnosis;
 use crate::identify::calibration::IdentifyError;
 use crate::measure::dataset::NamedDataset;
 use crate::selection::ladder::Ladder;
+use crate::selection::{Advice, ToDo};
 
-/// The errors of a robot, measured and expected.
+/// The errors of a robot, measured and expected; their cause; and what is to be done.
 #[derive(Debug, Clone)]
 pub struct Judgement {
     /// The errors measured, before and after, at the same poses.
     pub errors: ErrorTable,
     /// The errors to expect of the last calibration of that table.
     pub expected: Expectations,
+    /// What the first model leaves, and why.
+    pub cause: Diagnosis,
+    /// The advice on the last calibration of that table.
+    pub advice: Advice,
 }
 
 impl Judgement {
@@ -31,6 +36,17 @@ impl Judgement {
     pub fn of(datasets: &[NamedDataset<'_>], judged: &[NamedDataset<'_>], ladder: &Ladder) -> Result<Judgement, IdentifyError> {
         let (calibrated, recommended) = (&ladder.first().calibration, ladder.recommended());
         let other = (recommended.calibration.model != calibrated.model).then_some(&recommended.calibration);
-        Ok(Judgement { errors: ErrorTable::of(judged, calibrated, other), expected: Expectations::of(datasets, recommended)? })
+        Ok(Judgement {
+            errors: ErrorTable::of(judged, calibrated, other),
+            expected: Expectations::of(datasets, recommended)?,
+            cause: ladder.first().diagnosis.clone(),
+            advice: Advice::after(ladder),
+        })
+    }
+
+    /// Withdraws cause and advice for data that do not fit their robot and were accepted by force.
+    pub fn doubt(&mut self) {
+        self.cause.doubt();
+        self.advice = Advice { to_do: ToDo::Unknown, step: None, refused: Vec::new() };
     }
 }

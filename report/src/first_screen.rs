@@ -4,15 +4,16 @@ use super::diagnosis_sentences::cause_words;
 use super::effect_names::capital;
 use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
 use super::ladder_sentences::unconverged_sentence;
+use super::next_step::more_measurements;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::{Table, plain_table, validation_row};
-use calibench::diagnosis::{Diagnosis, Verdict};
+use calibench::identify::fit::Outcome;
 use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
-use calibench::selection::ladder::Ladder;
+use calibench::selection::ToDo;
 use calibench::units::{MM, UM};
 
 /// Name of a state on every screen.
@@ -109,24 +110,27 @@ pub fn expected_sentence(expected: &Expectations) -> String {
     }
 }
 
-/// What to do with a calibration that was written to this file, in order.
+/// What to do with a calibration that was written to this file, in order. `noise_stated` is false if the noise of the instrument is
+/// only known from the residual.
 #[must_use]
-pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, commands: &Recommended) -> Vec<String> {
-    if let Some(outcome) = ladder.recommended().calibration.unconverged() {
-        return vec![unconverged_sentence(outcome).trim_end_matches('.').to_owned()];
-    }
+pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
+    let Judgement { advice, cause, .. } = judgement;
     let mut all = vec![format!("use {file}")];
-    let last = &ladder.recommended().diagnosis;
-    match last.verdict {
-        Verdict::Indistinguishable => {
-            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("next")))
+    match advice.to_do {
+        ToDo::Unknown if cause.outcome == Outcome::Converged => {
+            return vec!["correct the data, which do not fit the robot, and calibrate again".into()];
+        }
+        ToDo::Unknown => return vec![unconverged_sentence(cause.outcome).trim_end_matches('.').to_owned()],
+        ToDo::Distinguish => {
+            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("next")));
         }
         _ if judgement.expected.inside.as_ref().is_some_and(|e| e.at_least) => {
             all.push(format!("measure more postures where the robot is to work: `{}` proposes some", commands.verb("next")));
         }
+        ToDo::Stop => all.push(more_measurements(commands).trim_end_matches('.').to_owned()),
         _ => {}
     }
-    if !ladder.first().calibration.noise_stated {
+    if !noise_stated {
         let explains = judgement.errors.last().map_or(0.0, |v| v.rms / 3f64.sqrt());
         all.push(format!(
             "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm per axis would explain the residual",
@@ -139,15 +143,9 @@ pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, comman
 /// A first screen without files and advice: the data, the errors before and after, what is to be expected, and what causes the
 /// residual of the first model.
 #[must_use]
-pub fn first_screen(
-    name: &str,
-    datasets: &[NamedDataset<'_>],
-    judgement: &Judgement,
-    first: &Diagnosis,
-    tolerance: Option<f64>,
-) -> Printout {
-    let Judgement { errors, expected } = judgement;
+pub fn first_screen(name: &str, datasets: &[NamedDataset<'_>], judgement: &Judgement, tolerance: Option<f64>) -> Printout {
+    let Judgement { errors, expected, cause, .. } = judgement;
     Printout::from(data_line(name, errors, datasets) + "\n")
         + error_table(errors, tolerance)
-        + format!("\n{}\nCause: {}.", expected_sentence(expected), cause_words(first))
+        + format!("\n{}\nCause: {}.", expected_sentence(expected), cause_words(cause))
 }

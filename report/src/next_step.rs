@@ -59,8 +59,12 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             )
         }
         ToDo::Choose => format!(
-            "Next: `{}` tries a model of all errors at once: no single effect predicts postures that were not fitted better.",
+            "Next: `{}` recommends a model of all errors at once: no single effect predicts postures that were not fitted better, such a model does.",
             command(advice, diagnosis, commands)
+        ),
+        ToDo::Stop => format!(
+            "Next: use this model: nothing that was tried predicts postures that were not fitted better. {}",
+            more_measurements(commands)
         ),
     };
     // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
@@ -73,6 +77,11 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
     std::iter::once(next).chain(refused).collect()
 }
 
+/// What would show more than the present data do.
+pub(super) fn more_measurements(commands: &Recommended) -> String {
+    format!("`{}` names measurements that would add information.", commands.verb("next"))
+}
+
 /// The command that does it.
 pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> String {
     match (advice.to_do, advice.effects()) {
@@ -81,7 +90,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
             commands.add(shape.as_ref().map_or(one, |shape| &shape.id))
         }
         (ToDo::Add, [first, ..]) => commands.add(first),
-        (ToDo::Distinguish, _) => commands.verb("next"),
+        (ToDo::Distinguish | ToDo::Stop, _) => commands.verb("next"),
         _ => commands.verb("ladder"),
     }
 }

@@ -4,8 +4,9 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::hold_out::HoldOut;
+use super::ladder::ending_at;
 use super::ladder::next_step::next_step;
-use super::ladder::{LadderProgress, LadderStep, RefusedStep};
+use super::ladder::{Ladder, LadderProgress, LadderStep, RefusedStep, StopReason};
 use crate::diagnosis::Verdict;
 use crate::effects::EffectId;
 use crate::identify::calibration::IdentifyError;
@@ -22,8 +23,10 @@ pub enum ToDo {
     Add,
     /// Measure first: the data cannot tell which of several effects is missing.
     Distinguish,
-    /// Choose among other models, or measure more: no single step helps.
+    /// Choose a model of all errors at once: no single step helps, but such a model predicts postures better that were not fitted.
     Choose,
+    /// Stop here, although what is left is not noise: nothing that was tried helps.
+    Stop,
 }
 
 impl ToDo {
@@ -36,16 +39,19 @@ impl ToDo {
             ToDo::Add => "add",
             ToDo::Distinguish => "distinguish",
             ToDo::Choose => "choose",
+            ToDo::Stop => "stop",
         }
     }
 }
 
-/// The advice on a model: the step that a ladder takes from it, unless that has to wait.
+/// The advice on a model: the step that a ladder takes from it, unless that has to wait. A ladder that is followed to its end ends
+/// where the advice is to stop.
 #[derive(Debug, Clone)]
 pub struct Advice {
     /// Recommended next step.
     pub to_do: ToDo,
-    /// The first step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. `None` if it takes none.
+    /// The first step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take, with [`ToDo::Choose`] the model
+    /// that it recommends. `None` if it takes none.
     pub step: Option<Box<LadderStep>>,
     /// Steps that the ladder tried before.
     pub refused: Vec<RefusedStep>,
@@ -75,15 +81,42 @@ impl Advice {
             }
             ControlFlow::Continue(())
         })?;
-        let step = next.ok();
-        // A sample that disagrees with all others is excluded in any case.
-        let sets_aside = step.as_ref().is_some_and(|step| step.added == diagnosis.without_suspects());
-        let to_do = match (&step, verdict) {
-            (_, Verdict::Indistinguishable) if !sets_aside => ToDo::Distinguish,
-            (Some(_), _) => ToDo::Add,
-            (None, _) => ToDo::Choose,
+        let step = match next {
+            Ok(step) => step,
+            Err(_) if verdict == Verdict::Indistinguishable => {
+                return Ok(Advice { to_do: ToDo::Distinguish, step: None, refused });
+            }
+            Err(tried) => {
+                let ladder = ending_at(datasets, below, tried, ground)?;
+                let other = ladder.recommended();
+                let goes_on = other.model != below.model;
+                let to_do = if goes_on { ToDo::Choose } else { ToDo::Stop };
+                return Ok(Advice { to_do, step: goes_on.then(|| Box::new(other.clone())), refused });
+            }
         };
-        Ok(Advice { to_do, step, refused })
+        // A sample that disagrees with all others is excluded in any case.
+        let sets_aside = step.added == diagnosis.without_suspects();
+        let waits = verdict == Verdict::Indistinguishable && !sets_aside;
+        let to_do = if waits { ToDo::Distinguish } else { ToDo::Add };
+        Ok(Advice { to_do, step: Some(step), refused })
+    }
+
+    /// The advice on the model that a ladder recommends, which is where it ends: nothing more is to be added.
+    #[must_use]
+    pub fn after(ladder: &Ladder) -> Self {
+        let LadderStep { diagnosis, calibration, .. } = ladder.recommended();
+        let to_do = match diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict) {
+            _ if calibration.unconverged().is_some() => ToDo::Unknown,
+            Verdict::DataDoNotFit => ToDo::Unknown,
+            noise if noise.is_noise() => ToDo::Nothing,
+            Verdict::Indistinguishable => ToDo::Distinguish,
+            _ => ToDo::Stop,
+        };
+        let refused = match &ladder.top {
+            StopReason::NoStepHelps { tried } => tried.clone(),
+            _ => Vec::new(),
+        };
+        Advice { to_do, step: None, refused }
     }
 
     /// The effects of the step.

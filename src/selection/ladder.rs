@@ -179,8 +179,34 @@ fn run<B>(
             Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
+    end(datasets, steps, top, ground, observer)
+}
+
+/// The ladder that ends at `step`, after which none of the steps tried helps: what is left of it is the choice among models of all
+/// errors at once.
+///
+/// # Errors
+/// As [`ladder`].
+pub(super) fn ending_at(
+    datasets: &[NamedDataset<'_>],
+    step: &LadderStep,
+    tried: Vec<RefusedStep>,
+    ground: HoldOut<'_>,
+) -> Result<Ladder, IdentifyError> {
+    Ok(end(datasets, vec![step.clone()], StopReason::NoStepHelps { tried }, ground, &mut unobserved)?)
+}
+
+/// Compares the steps with models of all errors at once, and recommends one of them.
+fn end<B>(
+    datasets: &[NamedDataset<'_>],
+    steps: Vec<LadderStep>,
+    top: StopReason,
+    ground: HoldOut<'_>,
+    observer: &mut Observer<'_, B>,
+) -> Result<Ladder, Interrupted<B>> {
     report(observer, LadderProgress::Choosing)?;
     let first = &steps[0];
+    let model = first.model.clone();
     let added: Vec<EffectId> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let last = &steps[steps.len() - 1].model;
     let with_shapes = Model { own: last.own.clone(), width: last.width.clone(), ..model.clone() };
@@ -199,7 +225,7 @@ fn run<B>(
     let (chosen, mut other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     let named = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
-    if let Some((choice, step)) = field::beyond(datasets, model, named, ground)? {
+    if let Some((choice, step)) = field::beyond(datasets, &model, named, ground)? {
         recommendation.choices.push(choice);
         if step.is_some() {
             recommendation.chosen = recommendation.choices.len() - 1;

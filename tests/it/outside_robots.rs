@@ -11,10 +11,10 @@ use calibench::nalgebra::{UnitQuaternion, Vector3};
 use calibench::prediction::WorkspacePoses;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
-use calibench::selection::Advice;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{LadderStep, ladder};
 use calibench::selection::recommend::ChoiceKind;
+use calibench::selection::{Advice, ToDo};
 use calibench::units::{MM, UM, URAD};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -184,8 +184,18 @@ pub struct Climbed {
     pub steps: Vec<Vec<EffectId>>,
     /// The first model's residual is said to be noise, though its error at other rows is larger by a tenth than that of who knows.
     pub physics_called_noise: bool,
+    /// The advice on the recommended model, as whoever diagnoses it gets it, and as the ladder that recommends it ends.
+    pub after: [ToDo; 2],
     /// The last step's residual is noise, and a larger model is recommended.
     pub overruled: bool,
+}
+
+impl Climbed {
+    /// True if the advice on the recommended model is to add nothing, from wherever it comes.
+    pub fn is_an_end(&self) -> bool {
+        let [diagnosed, climbed] = self.after;
+        diagnosed == climbed && matches!(diagnosed, ToDo::Nothing | ToDo::Stop | ToDo::Distinguish)
+    }
 }
 
 pub fn climbed(class: Class, seed: u64) -> Climbed {
@@ -210,6 +220,7 @@ pub fn climbed(class: Class, seed: u64) -> Climbed {
         first_step: ladder.steps.get(1).map(|s| s.added.clone()).unwrap_or_default(),
         advised: advice.effects().to_vec(),
         steps: ladder.steps[1..].iter().map(|s| s.added.clone()).collect(),
+        after: [Advice::on(&named, ladder.recommended(), ground).expect("an advice"), Advice::after(&ladder)].map(|a| a.to_do),
         physics_called_noise: ladder.first().diagnosis.verdict.is_noise() && before > 1.1 * oracle,
         overruled: ladder.last().diagnosis.verdict.is_noise()
             && !matches!(ladder.kind(), ChoiceKind::Steps | ChoiceKind::Begin),

@@ -119,19 +119,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = [NamedDataset::new(&name, &dataset)];
     let ladder = run_ladder(&waiting, &named, &Model::default_for(&dataset))?;
     waiting.begin("judging");
-    let judgement = Judgement::of(&named, &named, &ladder)?;
+    let mut judgement = Judgement::of(&named, &named, &ladder)?;
+    if gate.misfit.is_some() {
+        judgement.doubt();
+    }
     let chosen = ladder.recommended();
     let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
     let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
     let outcome = if is_met { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
-    let to_do = what_to_do_now(&ladder, &judgement, &folder.join(CALIBRATION).display().to_string(), &commands);
-    let cause = &ladder.first().diagnosis;
+    let to_do =
+        what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
     let document = documents::Judged {
         next: to_do.clone(),
         tolerance_mm: arguments.tolerance.map(|t| t / MM),
         misfit: gate.misfit.clone(),
-        ..documents::Judged::of(&judgement, cause)
+        ..documents::Judged::of(&judgement)
     };
     waiting.begin("writing");
     // Several set-ups, or links that a URDF cannot hold: the other files are worth having.
@@ -160,7 +163,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     said.iter().try_for_each(|line| print(line))?;
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
-    print_answer(first_screen(&name, &named, &judgement, cause, arguments.tolerance))?;
+    print_answer(first_screen(&name, &named, &judgement, arguments.tolerance))?;
     to_do.iter().try_for_each(|line| print_answer(format!("Next: {line}.")))?;
     let links = if urdf.is_ok() { format!("{URDF}, ") } else { String::new() };
     print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {links}report.html", folder.display()))?;

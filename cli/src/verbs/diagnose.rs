@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.begin("fitting the model, testing every effect");
     let mut step = ladder_step(&named, &model, ground).map_err(locate)?;
     if gate.misfit.is_some() {
-        step.diagnosis.doubt_noise();
+        step.diagnosis.doubt();
     }
     bar.begin("judging the next step");
     let advice = Advice::on(&named, &step, ground).map_err(locate)?;

@@ -202,9 +202,10 @@ pub struct Diagnosis {
 /// Recommended next step for a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Advised {
-    /// `nothing`, `unknown`, `add`, `distinguish` or `choose`.
+    /// `nothing`, `unknown`, `add`, `distinguish`, `choose` or `stop`.
     pub to_do: String,
-    /// The effects of the step that the ladder takes first; with `distinguish`, that it would take.
+    /// The effects of the step that the ladder takes first; with `distinguish`, that it would take; with `choose`, those that its
+    /// recommended model adds.
     pub effects: Vec<String>,
     /// The command that does it; null if there is nothing to do.
     pub command: Option<String>,

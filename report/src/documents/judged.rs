@@ -1,6 +1,5 @@
 //! `calibench-judgement/1`, printed and written by `calibrate`.
 
-use calibench::diagnosis;
 use calibench::judgement::{ErrorRow, Judgement, Stage};
 use calibench::units::MM;
 use schemars::JsonSchema;
@@ -99,6 +98,8 @@ pub struct Judged {
     pub verdict: String,
     /// Its cause in words.
     pub cause: String,
+    /// The advice on the model that is recommended: `nothing`, `unknown`, `distinguish` or `stop`.
+    pub to_do: String,
     /// What to do, in order.
     pub next: Vec<String>,
     /// Largest error that was allowed, mm; null if none was stated.
@@ -109,9 +110,9 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The document of a judgement and the diagnosis of its first model, without advice.
+    /// The document of a judgement, without the advice in words.
     #[must_use]
-    pub fn of(judgement: &Judgement, first: &diagnosis::Diagnosis) -> Self {
+    pub fn of(judgement: &Judgement) -> Self {
         let expected = &judgement.expected;
         let [held_out, inside, over_limits] =
             [&expected.held_out, &expected.inside, &expected.over_limits].map(|e| e.as_ref().map(Workspace::of));
@@ -119,8 +120,9 @@ impl Judged {
             format: JudgedFormat::Current,
             errors: BeforeAndAfter::of(&judgement.errors),
             expected: ExpectedAt { held_out, inside, over_limits },
-            verdict: first.verdict.name().into(),
-            cause: cause_words(first),
+            verdict: judgement.cause.verdict.name().into(),
+            cause: cause_words(&judgement.cause),
+            to_do: judgement.advice.to_do.name().into(),
             next: Vec::new(),
             tolerance_mm: None,
             misfit: None,

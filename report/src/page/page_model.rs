@@ -300,7 +300,7 @@ pub(super) fn has_validation(datasets: &[NamedDataset<'_>]) -> bool {
 /// A step of the ladder with its position errors on the validation rows.
 pub(super) fn judge(mut ladder_step: LadderStep, subject: &PageSubject<'_>) -> Result<LadderStep, IdentifyError> {
     if subject.misfit.is_some() {
-        ladder_step.diagnosis.doubt_noise();
+        ladder_step.diagnosis.doubt();
     }
     if !has_validation(subject.judged) {
         return Ok(ladder_step);

@@ -30,7 +30,8 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
         return Ok(json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": advice}));
     }
     let command = subject.commands.verb("ladder");
-    let (steps, step) = match judged.step {
+    let complete = judged.to_do == ToDo::Stop;
+    let (steps, step) = match judged.step.filter(|_| judged.to_do != ToDo::Choose) {
         Some(next) => {
             let next = judge(*next, subject)?;
             let step = step_json(&next.added.join(" + "), &next.objections(first));
@@ -41,7 +42,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
             (vec![StepDocument::of(first, &[])], step)
         }
     };
-    Ok(json!({"rungs": steps, "complete": false, "step": step, "command": command, "advice": advice}))
+    Ok(json!({"rungs": steps, "complete": complete, "step": step, "command": command, "advice": advice}))
 }
 
 fn step_json(effect: &str, objections: &[Objection]) -> Value {
