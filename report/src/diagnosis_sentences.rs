@@ -149,6 +149,11 @@ pub fn cause_words(d: &Diagnosis) -> String {
     if let Some(first) = abnormal_sentences(&d.abnormal).first() {
         return first.trim_end_matches('.').to_owned();
     }
+    lacking_words(d)
+}
+
+/// What a model lacks, in one clause, whatever is abnormal.
+pub(super) fn lacking_words(d: &Diagnosis) -> String {
     let share =
         |share: Option<f64>| share.map_or(String::new(), |s| format!(" explains {:.0} % of what the model leaves", 100.0 * s));
     let of_first = || first(d).map_or(String::new(), |f| called(&d.registry, &f.hypothesis.in_model));

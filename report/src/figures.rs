@@ -157,6 +157,7 @@ pub fn figures_table() -> String {
 pub(crate) fn names(at: PoseSource) -> serde_json::Value {
     serde_json::json!({
         "residual": RESIDUAL.name, "cross_validated": CROSS_VALIDATED.name, "not_fitted": NOT_FITTED.name, "workspace": expected(at).name,
+        "inside": EXPECTED_INSIDE.name, "over_limits": EXPECTED_OVER.name,
         "noise": NOISE.name, "noise_left": NOISE_LEFT.name, "unexplained": UNEXPLAINED.name,
     })
 }

@@ -85,8 +85,7 @@ pub fn rows_before(errors: &ErrorTable) -> Vec<[String; 7]> {
 
 /// How many poses meet a tolerance (m).
 fn met(errors: &Validation, tolerance: f64) -> String {
-    let count = errors.errors.iter().filter(|e| **e <= tolerance).count();
-    format!("{:.3} met by {count} of {}", tolerance / MM, errors.samples)
+    format!("{:.3} met by {} of {}", tolerance / MM, errors.within(tolerance), errors.samples)
 }
 
 /// The error to expect, at named places.

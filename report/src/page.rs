@@ -63,6 +63,8 @@ pub struct PageSubject<'a> {
     pub pictures: &'a [CellPicture],
     /// The run; `None` for measurements alone.
     pub run: Option<&'a Run>,
+    /// The judgement of the ladder that recommends the model, if the page is that of a calibration: its errors stand first.
+    pub judgement: Option<&'a crate::documents::Judged>,
     /// Computes a part of the judgement where threads cannot be had.
     pub worker: Option<&'static dyn Worker>,
 }

@@ -100,6 +100,12 @@ pub struct HistogramBin {
 pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.50, 0.75, 0.95];
 
 impl Validation {
+    /// Number of poses whose error is at most `tolerance`, m.
+    #[must_use]
+    pub fn within(&self, tolerance: f64) -> usize {
+        self.errors.iter().filter(|error| **error <= tolerance).count()
+    }
+
     /// Computes the statistics of predictions; `None` if there are none.
     pub fn of(prediction: &Prediction) -> Option<Self> {
         let mut errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();

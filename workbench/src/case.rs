@@ -69,6 +69,7 @@ impl Case {
             campaign: self.campaign.as_ref(),
             pictures: &self.pictures,
             run: self.run.as_ref(),
+            judgement: None,
             worker: self.worker,
         })
     }

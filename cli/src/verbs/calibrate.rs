@@ -132,9 +132,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
     let document = documents::Judged {
         next: to_do.clone(),
-        tolerance_mm: arguments.tolerance.map(|t| t / MM),
         misfit: gate.misfit.clone(),
-        ..documents::Judged::of(&judgement)
+        ..documents::Judged::of(&judgement, arguments.tolerance)
     };
     waiting.begin("writing");
     // Several set-ups, or links that a URDF cannot hold: the other files are worth having.
@@ -155,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write_whole(&inside.join(JUDGEMENT), format!("{:#}\n", to_value(&document)).as_bytes())
     })?;
     waiting.begin("writing the report");
-    super::report::write_report(std::slice::from_ref(folder), &folder.join(MODEL), &folder.join(super::report::FILE))?;
+    super::report::write_report(folder, &folder.join(MODEL), &document)?;
     drop(waiting);
     if arguments.json {
         print_json(&document)?;

@@ -8,7 +8,7 @@ use calibench::identify::Model;
 use calibench::identify::calibration::{IdentifyError, read_calibration};
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::file::read_dataset;
-use calibench_report::documents::Run;
+use calibench_report::documents::{self, Run};
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 use calibench_workbench::Case;
 
@@ -74,10 +74,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Writes the report of datasets with a model.
-pub(super) fn write_report(folders: &[PathBuf], model: &Path, path: &Path) -> Result<(), Failure> {
-    let page = page(&open(folders, Some(model), true, false)?, folders, Some(model), false)?;
-    Ok(write_whole(path, page_html(&page.document).as_bytes())?)
+/// Writes the report of a calibrated dataset into its folder: its model, with the judgement of the ladder that recommends it.
+pub(super) fn write_report(folder: &PathBuf, model: &Path, judgement: &documents::Judged) -> Result<(), Failure> {
+    let folders = std::slice::from_ref(folder);
+    let case = open(folders, Some(model), true, false)?;
+    let page = case
+        .subject(&[0], &case.model, &case.commands, |s| Page::new(&PageSubject { judgement: Some(judgement), ..s.clone() }));
+    let page = page.map_err(|e| locate_in_case(&case, folders, Some(model), &e))?;
+    Ok(write_whole(&folder.join(FILE), page_html(&page.document).as_bytes())?)
 }
 
 /// Writes the report of a run into its folder, even if its data do not fit: they were used for the identification, and the page

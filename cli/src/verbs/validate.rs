@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let table = ErrorTable::of(&named(&datasets), &calibration, None);
     if arguments.json {
         print_json(&Validated {
-            states: Some(BeforeAndAfter::of(&table)),
+            states: Some(BeforeAndAfter::of(&table, None)),
             errors: documents::Validation::of(&validation),
             outside_range: OutsideRange::of(&beyond),
             fitted,

@@ -19,18 +19,22 @@ pub struct StateErrors {
     pub p95_mm: Option<f64>,
     /// Largest, mm; null without errors.
     pub max_mm: Option<f64>,
+    /// Number of poses that meet the tolerance; not there without errors, or without a tolerance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub met: Option<usize>,
     /// The reason why there are no errors; otherwise not there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absent: Option<String>,
 }
 
 impl StateErrors {
-    fn of(row: &ErrorRow) -> Self {
+    fn of(row: &ErrorRow, tolerance: Option<f64>) -> Self {
         let of = |f: fn(&calibench::residuals::Validation) -> f64| row.errors.as_ref().ok().map(|v| f(v) / MM);
         StateErrors {
             mean_mm: of(|v| v.mean),
             p95_mm: of(|v| v.quantiles[4]),
             max_mm: of(|v| v.max),
+            met: row.errors.as_ref().ok().zip(tolerance).map(|(v, tolerance)| v.within(tolerance)),
             absent: row.errors.as_ref().err().map(ToString::to_string),
         }
     }
@@ -56,10 +60,11 @@ pub struct BeforeAndAfter {
 }
 
 impl BeforeAndAfter {
-    /// The errors of a table.
+    /// The errors of a table, with the number of poses that meet a tolerance (m), if there is one.
     #[must_use]
-    pub fn of(errors: &calibench::judgement::ErrorTable) -> Self {
-        let [as_delivered, nominal, calibrated, recommended] = errors.rows.each_ref().map(StateErrors::of);
+    pub fn of(errors: &calibench::judgement::ErrorTable, tolerance: Option<f64>) -> Self {
+        let [as_delivered, nominal, calibrated, recommended] =
+            errors.rows.each_ref().map(|row| StateErrors::of(row, tolerance));
         debug_assert!(errors.rows[0].stage == Stage::AsDelivered);
         let judged = errors.last().map_or(0, |v| v.samples);
         BeforeAndAfter {
@@ -110,21 +115,21 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The document of a judgement, without the advice in words.
+    /// The document of a judgement, with the tolerance (m) if there is one; without the advice in words.
     #[must_use]
-    pub fn of(judgement: &Judgement) -> Self {
+    pub fn of(judgement: &Judgement, tolerance: Option<f64>) -> Self {
         let expected = &judgement.expected;
         let [held_out, inside, over_limits] =
             [&expected.held_out, &expected.inside, &expected.over_limits].map(|e| e.as_ref().map(Workspace::of));
         Judged {
             format: JudgedFormat::Current,
-            errors: BeforeAndAfter::of(&judgement.errors),
+            errors: BeforeAndAfter::of(&judgement.errors, tolerance),
             expected: ExpectedAt { held_out, inside, over_limits },
             verdict: judgement.cause.verdict.name().into(),
             cause: cause_words(&judgement.cause),
             to_do: judgement.advice.to_do.name().into(),
             next: Vec::new(),
-            tolerance_mm: None,
+            tolerance_mm: tolerance.map(|t| t / MM),
             misfit: None,
         }
     }

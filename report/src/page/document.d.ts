@@ -28,6 +28,8 @@ interface Report extends Worded {
     residual: string;
     cross_validated: string;
     workspace: string;
+    inside: string;
+    over_limits: string;
     not_fitted: string;
     noise_left: string;
     unexplained: string;
@@ -42,6 +44,7 @@ interface Report extends Worded {
   workspace?: Workspace | null;
   /** The errors before the calibration and after it, at the same poses. */
   states?: States | null;
+  judgement?: Judgement | null;
   /** The robot as drawn, judged on the same rows. */
   drawn: {
     name: string;
@@ -78,19 +81,31 @@ interface StateErrors {
   p95_mm: number | null;
   max_mm: number | null;
   absent?: string | null;
+  /** Poses that meet the tolerance, if one is stated. */
+  met?: number | null;
 }
 
 interface States {
   held_out: boolean;
+  judged: number;
   as_delivered: StateErrors;
   nominal: StateErrors;
   calibrated: StateErrors;
+  recommended: StateErrors;
+}
+
+/** How the robot was, how it is, and what to do, if the page is that of a calibration. */
+interface Judgement {
+  expected: { inside?: Expected | null; over_limits?: Expected | null };
+  next: string[];
+  tolerance_mm?: number | null;
 }
 
 interface Expected {
   mean_mm: number;
   mean_band_mm: ErrorBand;
   max_mm: number;
+  at_least?: boolean;
   map?: ErrorMap | null;
 }
 

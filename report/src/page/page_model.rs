@@ -8,6 +8,7 @@ use super::candidate::{self, Offered};
 use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
+use crate::diagnosis_sentences::lacking_words;
 use crate::disagreement_sentence;
 use crate::documents;
 use crate::effect_names::capital;
@@ -119,15 +120,17 @@ impl PageModel {
         let forecast = self.forecast();
         let rows = if has_validation(judged) { judged } else { datasets };
         let errors = ErrorTable::of(rows, calibration, None);
+        let states = subject.judgement.map_or_else(|| documents::BeforeAndAfter::of(&errors, None), |j| j.errors.clone());
         let mut document = json!({
             "format": FORMAT,
             "title": subject.title,
             "question": subject.question,
             "robot": calibration.robot.name,
-            "verdict": verdict(&self.ladder_step, forecast.as_ref()),
+            "verdict": verdict(&self.ladder_step, forecast.as_ref(), subject.judgement),
             "figures": key_figures(&self.ladder_step, forecast.as_ref()),
             "names": figures::names(self.poses.source),
-            "states": documents::BeforeAndAfter::of(&errors),
+            "states": states,
+            "judgement": subject.judgement,
             "commands_from": subject.commands_from,
             "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref()),
             "meanings": candidate::meanings(diagnosis, &ladder),
@@ -151,8 +154,9 @@ impl PageModel {
     }
 }
 
-/// The verdict as a headline, its meaning, and the expected error of the robot.
-fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
+/// The verdict as a headline, its meaning, and the expected error of the robot. With the judgement of a ladder that recommends the
+/// model, its cause is the headline: that is what was missing before.
+fn verdict(first: &LadderStep, forecast: Option<&Forecast>, judgement: Option<&documents::Judged>) -> Value {
     let d = &first.diagnosis;
     let named =
         || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| f.hypothesis.in_model.to_string());
@@ -228,6 +232,18 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
             let (what, remedy) = first.split_once(": ").unwrap_or((first.as_str(), ""));
             let rest = [sentence(remedy.trim_end_matches('.')), others.join(" "), format!("{headline}."), means];
             (what.to_owned(), rest.iter().filter(|part| !part.is_empty()).map(String::as_str).collect::<Vec<_>>().join(" "))
+        }
+    };
+    let found = judgement.filter(|j| j.errors.recommended.mean_mm.is_some());
+    let (headline, means, effects) = match found {
+        None => (headline, means, effects),
+        Some(found) => {
+            let (what, remedy) = found.cause.split_once(": ").unwrap_or((&found.cause, ""));
+            let rest = format!("With the recommended model: {}.", lacking_words(d));
+            let means = [sentence(remedy), rest].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
+            // The name of a parameter stays as it is written everywhere.
+            let is_name = what.split(' ').next().is_some_and(|word| word.ends_with(|c: char| c.is_ascii_digit()));
+            (if is_name { what.to_owned() } else { capital(what) }, means, Vec::new())
         }
     };
     json!({
