@@ -104,10 +104,7 @@ mod tests {
     #[test]
     fn a_larger_error_is_put_down_to_joint_ranges_where_it_can() {
         let sentence = between(&measured(0.5e-3, 0.0), &expected(), 3).unwrap();
-        assert!(
-            sentence.starts_with("Measured, held out: mean 0.500 mm at 25 poses, where 0.150 to 0.300 mm"),
-            "{sentence}"
-        );
+        assert!(sentence.starts_with("Measured, held out: mean 0.500 mm at 25 poses, where 0.150 to 0.300 mm"), "{sentence}");
         assert!(sentence.contains("Larger: 3 of them bend a joint farther"), "{sentence}");
     }
 }

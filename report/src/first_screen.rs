@@ -119,10 +119,13 @@ pub fn what_to_do_now(ladder: &Ladder, judgement: &Judgement, file: &str, comman
     let last = &ladder.recommended().diagnosis;
     match last.verdict {
         Verdict::Indistinguishable => {
-            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("next")))
+            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("plan next")))
         }
         _ if judgement.expected.inside.as_ref().is_some_and(|e| e.at_least) => {
-            all.push(format!("measure more postures where the robot is to work: `{}` proposes some", commands.verb("next")));
+            all.push(format!(
+                "measure more postures where the robot is to work: `{}` proposes some",
+                commands.verb("plan next")
+            ));
         }
         _ => {}
     }

@@ -169,7 +169,7 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
             all.extend(tried.iter().map(|step| format!("  {}", not_added_sentence(&last.model.registry, step, usize::MAX))));
-            all.push(format!("`{}` names measurements that would add information.", commands.verb("next")));
+            all.push(format!("`{}` names measurements that would add information.", commands.verb("plan next")));
             all
         }
         other => vec![format!("The ladder ends: {}.", other.name().replace('_', " "))],

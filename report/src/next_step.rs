@@ -81,7 +81,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
             commands.add(shape.as_ref().map_or(one, |shape| &shape.id))
         }
         (ToDo::Add, [first, ..]) => commands.add(first),
-        (ToDo::Distinguish, _) => commands.verb("next"),
+        (ToDo::Distinguish, _) => commands.verb("plan next"),
         _ => commands.verb("ladder"),
     }
 }
@@ -96,7 +96,7 @@ pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<S
     (verdict == Verdict::Indistinguishable).then(|| {
         format!(
             "Next: `{}` names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
-            commands.verb("next"),
+            commands.verb("plan next"),
             all_called(&step.model.registry, &step.added)
         )
     })

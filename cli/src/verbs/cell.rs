@@ -1,4 +1,4 @@
-//! `cell check CELL`, `cell program -o FOLDER`: preparation of a real cell for measurements.
+//! `cell check CELL`, `cell program -o FOLDER`, `cell repeatability`: preparation of a cell for measurements.
 
 use std::path::{Path, PathBuf};
 
@@ -6,22 +6,17 @@ use calibench::cell::gauge::Traffic;
 use calibench::cell::kuka::program_files;
 use calibench::cell::{Indicator, IndicatorError, StopRequest};
 use calibench::files::disk::write_whole;
-use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::measure::campaign::cell::{self, read_cell};
 use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;
 use clap::Subcommand;
 
+use super::repeatability;
 use crate::terminal::failure::{Failure, Hardware, Outcome};
 use crate::terminal::output::print_answer;
 
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    errand: Errand,
-}
-
 #[derive(Subcommand)]
-enum Errand {
+pub enum Cell {
     /// Query every device of a cell and report its state; nothing moves, and no setting changes except the indicators' unit,
     /// set to millimetres
     Check {
@@ -34,20 +29,26 @@ enum Errand {
         #[arg(short, long, visible_alias = "out")]
         output: PathBuf,
     },
+    /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
+    Repeatability(repeatability::Arguments),
 }
 
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    match &arguments.errand {
-        Errand::Check { cell } => check(cell),
-        Errand::Program { output } => {
-            for (name, text) in program_files() {
-                write_whole(&output.join(name), text.as_bytes())?;
+impl Cell {
+    /// Does what the verb is for.
+    pub fn run(&self) -> Result<Outcome, Failure> {
+        match self {
+            Cell::Check { cell } => check(cell),
+            Cell::Program { output } => {
+                for (name, text) in program_files() {
+                    write_whole(&output.join(name), text.as_bytes())?;
+                }
+                print_answer(format!(
+                    "the program for the controller is in {}; docs/cell.md describes how to set it up",
+                    output.display()
+                ))?;
+                Ok(Outcome::Done)
             }
-            print_answer(format!(
-                "the program for the controller is in {}; docs/cell.md describes how to set it up",
-                output.display()
-            ))?;
-            Ok(Outcome::Done)
+            Cell::Repeatability(a) => repeatability::run(a),
         }
     }
 }
@@ -92,7 +93,7 @@ fn axis_name(axis: usize) -> String {
     format!("{} ({})", axis + 1, ["x", "y", "z"][axis])
 }
 
-fn indicator(cell: &Cell, axis: usize) -> Result<[String; 7], String> {
+fn indicator(cell: &cell::Cell, axis: usize) -> Result<[String; 7], String> {
     let mut gauge = cell.indicators[axis].open(axis).map_err(|e| e.error.to_string())?;
     let identity = gauge.identify().map_err(|e| e.to_string())?;
     let readings: Result<Vec<f64>, IndicatorError> = (0..READINGS).map(|_| gauge.read()).collect();
@@ -114,7 +115,7 @@ fn indicator(cell: &Cell, axis: usize) -> Result<[String; 7], String> {
 }
 
 /// The rows reported for the robot, and whether it is ready for measurements.
-fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
+fn robot(cell: &cell::Cell) -> Result<(Vec<[String; 3]>, bool), String> {
     let mut robot = cell.open_robot(StopRequest::default()).map_err(|e| e.to_string())?;
     let state = robot.state().map_err(|e| e.to_string())?;
     let joints = robot.joints().map_err(|e| e.to_string())?;
