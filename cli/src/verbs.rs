@@ -106,7 +106,7 @@ enum Verb {
     Plan(plan::Arguments),
     /// Probe the balls of a simulated or real cell, and write a dataset
     Measure(measure::Arguments),
-    /// The simulated cell
+    /// Simulation
     #[command(subcommand)]
     Sim(sim::Sim),
     /// The real cell

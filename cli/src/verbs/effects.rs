@@ -7,6 +7,7 @@ use crate::terminal::failure::{Failure, Outcome};
 
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
+#[group(skip)]
 pub struct Arguments {
     #[command(subcommand)]
     verb: Option<Effects>,
