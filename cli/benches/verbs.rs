@@ -84,7 +84,7 @@ fn verbs(c: &mut Criterion) {
     group.finish();
 }
 
-/// The verb `study`: its trials on one thread and on two, and the whole of it, from the start of the program to the printed text.
+/// The verb `sim study`: its trials on one thread and on two, and the whole of it, from the start of the program to the printed text.
 fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
     /// Number of trials: several batches, on one thread or two.
     const TRIALS: u64 = 200;
@@ -106,7 +106,7 @@ fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
     group.bench_function(format!("study --method trical --trials {TRIALS}"), |b| {
         b.iter(|| {
             let mut verb = Command::new(env!("CARGO_BIN_EXE_calibench"));
-            verb.arg("study").arg(&file).args(["--method", "trical", "--trials", &TRIALS.to_string()]);
+            verb.args(["sim", "study"]).arg(&file).args(["--method", "trical", "--trials", &TRIALS.to_string()]);
             assert!(verb.output().unwrap().status.success());
         });
     });

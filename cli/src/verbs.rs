@@ -1,4 +1,4 @@
-//! The command line: one file per verb. Exit codes: 0 done, 1 an expectation or consistency check failed, 2 bad input, 3 the
+//! The command line: one file per verb and one per group of verbs. Exit codes: 0 done, 1 an expectation or consistency check failed, 2 bad input, 3 the
 //! cell or the disk.
 
 mod add;
@@ -10,13 +10,16 @@ mod compare;
 mod compensate;
 mod design;
 mod diagnose;
+mod effects;
 mod fleet;
 mod gallery;
 mod identify;
 mod import;
+mod keep;
 mod ladder;
 mod measure;
 mod merge;
+mod moved;
 mod next;
 mod overwritten;
 mod plan;
@@ -29,6 +32,7 @@ mod run;
 mod runs;
 mod serve;
 mod shell;
+mod sim;
 mod study;
 mod suite;
 mod validate;
@@ -76,71 +80,52 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Run the whole procedure on a simulated cell (plan, master, probe, identify, validate) and check the scenario's
-    /// expectations
-    Run(run::Arguments),
     /// Calibrate a robot from a table of joint angles and measured positions, judge it on poses held out, and write all results
     Calibrate(calibrate::Arguments),
-    /// Choose the poses to probe, by observability
-    Plan(plan::Arguments),
-    /// Probe the balls of a simulated or real cell, and write a dataset
-    Measure(measure::Arguments),
-    /// Check the devices of a real cell, or write the program for its robot
-    Cell(cell::Arguments),
+    /// Convert third-party data into a dataset
+    Import(import::Arguments),
     /// Identify the robot's parameters from datasets
     Identify(identify::Arguments),
     /// Judge a calibration on unseen poses
     Validate(validate::Arguments),
-    /// Check by a few poses measured again whether a calibration still holds, and what has changed if not; or choose those poses
-    Check(check::Arguments),
     /// Find the effect missing from the model
     Diagnose(diagnose::Arguments),
     /// Add one effect to the model, refit, and judge the step
     Add(add::Arguments),
     /// Diagnose, add and refit until only noise remains or nothing helps
     Ladder(ladder::Arguments),
-    /// Propose the extra measurements that best separate the rival effects or most reduce the predicted error
-    Next(next::Arguments),
-    /// Repeat the whole procedure with every error sampled again: the spread of its results, at one point or along a sweep
-    Study(study::Arguments),
-    /// Place the balls of an artifact: smallest worst-case uncertainty over the workspace, against size and weight
-    Design(design::Arguments),
-    /// Combine the shards of a study and summarise them
-    Merge(merge::Arguments),
-    /// Estimate the distance of a centred ball from the master ball's position (paper Table 3), and its error budget
-    Precision(precision::Arguments),
-    /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
-    Repeatability(repeatability::Arguments),
-    /// Show what the data can reveal, by injecting every effect and looking for it; or test the advice on postures left out
-    Prove(prove::Arguments),
-    /// Run blind trials of the diagnosis against the ground truth
-    Suite(suite::Arguments),
-    /// Compare many runs of one robot: what stayed, what moved, what belongs to one run only; and predict each from the others
-    Runs(runs::Arguments),
-    /// Learn from calibrations of robots of one type what they have in common: the prior of the next one
-    Fleet(fleet::Arguments),
     /// Locate the errors of a calibration: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
-    /// Apply a calibration: the targets to command so that the tool reaches the desired pose; KRL, URDF, MDH
-    Compensate(compensate::Arguments),
     /// Write one HTML page: the errors in words, then in pictures
     Report(report::Arguments),
-    /// Serve the simulated cell over the interfaces of a real one: three indicators and a robot that any program can talk to
-    Serve(serve::Arguments),
     /// Serve the report's page live on the loopback address: add effects, undo, write user-defined ones, save
     Workbench(workbench::Arguments),
-    /// Convert third-party data into a dataset
-    Import(import::Arguments),
-    /// List the catalogue of effects: what can be wrong with an arm
-    Effects(catalogue::Arguments),
-    /// Draw what each effect looks like in the residuals of a simulated cell, or of your own postures and noise
-    Gallery(gallery::Arguments),
-    /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
+    /// Apply a calibration: the targets to command so that the tool reaches the desired pose; KRL, URDF, MDH
+    Compensate(compensate::Arguments),
+    /// Choose the poses to probe, by observability; `plan next`: those that would add most to datasets
+    Plan(plan::Arguments),
+    /// Probe the balls of a simulated or real cell, and write a dataset
+    Measure(measure::Arguments),
+    /// Simulation
+    #[command(subcommand)]
+    Sim(sim::Sim),
+    /// The real cell
+    #[command(subcommand)]
+    Cell(cell::Cell),
+    /// Robots that were calibrated
+    #[command(subcommand)]
+    Keep(keep::Keep),
+    /// What can be wrong with an arm
+    Effects(effects::Arguments),
+    /// The built-in arms and others
     Robots(robots::Arguments),
     /// Print the script by which a shell completes verbs and options
     Completions(shell::Completions),
     /// Write the manual pages
     Man(shell::Man),
+    /// Run the whole procedure on a simulated cell, as `sim run`
+    #[command(hide = true)]
+    Run(run::Arguments),
 }
 
 /// The command line, with its help.
@@ -166,7 +151,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
                 drop(e.print());
                 return ExitCode::from(if e.use_stderr() { BAD_INPUT } else { 0 });
             }
-            return refuse(&misuse(&e), BAD_INPUT);
+            return refuse(&moved::sentence(&e).unwrap_or_else(|| misuse(&e)), BAD_INPUT);
         }
     };
     let streams = Streams::of(&matches);
@@ -188,38 +173,27 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
 /// Does what a verb is for.
 fn perform(verb: &Verb) -> Result<Outcome, Failure> {
     match verb {
-        Verb::Run(a) => run::run(a),
         Verb::Calibrate(a) => calibrate::run(a),
-        Verb::Runs(a) => runs::run(a),
-        Verb::Fleet(a) => fleet::run(a),
-        Verb::Plan(a) => plan::run(a),
-        Verb::Measure(a) => measure::run(a),
-        Verb::Cell(a) => cell::run(a),
+        Verb::Import(a) => import::run(a),
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
         Verb::Add(a) => add::run(a),
         Verb::Ladder(a) => ladder::run(a),
-        Verb::Next(a) => next::run(a),
-        Verb::Study(a) => study::run(a),
-        Verb::Design(a) => design::run(a),
-        Verb::Merge(a) => merge::run(a),
-        Verb::Precision(a) => precision::run(a),
-        Verb::Repeatability(a) => repeatability::run(a),
-        Verb::Prove(a) => prove::run(a),
-        Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
-        Verb::Compensate(a) => compensate::run(a),
-        Verb::Check(a) => check::run(a),
         Verb::Report(a) => report::run(a),
-        Verb::Serve(a) => serve::run(a),
         Verb::Workbench(a) => workbench::run(a),
-        Verb::Import(a) => import::run(a),
-        Verb::Effects(a) => catalogue::effects(a),
-        Verb::Gallery(a) => gallery::run(a),
+        Verb::Compensate(a) => compensate::run(a),
+        Verb::Plan(a) => plan::run(a),
+        Verb::Measure(a) => measure::run(a),
+        Verb::Sim(verb) => verb.run(),
+        Verb::Cell(verb) => verb.run(),
+        Verb::Keep(verb) => verb.run(),
+        Verb::Effects(a) => effects::run(a),
         Verb::Robots(a) => robots::run(a),
         Verb::Completions(a) => shell::completions(a),
         Verb::Man(a) => shell::man(a),
+        Verb::Run(a) => run::run(a),
     }
 }
 

@@ -1,4 +1,4 @@
-"""Other regressors on the same divisions: rivals.py FOLDER, a folder that `calibench prove --rows` has filled.
+"""Other regressors on the same divisions: rivals.py FOLDER, a folder that `calibench effects prove --rows` has filled.
 
 Each corrects the default model: it learns, from the fitted rows, what that model leaves at given joint angles, and is judged on the rows left out.
 Prints one JSON document: for every file, the rms of what a Gaussian process and boosted trees leave over the rms of what the default model leaves.
@@ -93,7 +93,7 @@ def main() -> None:
     warnings.simplefilter("ignore", ConvergenceWarning)
     files = sorted(Path(sys.argv[1]).glob("*.csv"))
     if not files:
-        sys.exit(f"{sys.argv[1]}: there is no CSV file; make them by calibench prove --rows")
+        sys.exit(f"{sys.argv[1]}: there is no CSV file; make them by calibench effects prove --rows")
     divisions = {}
     # Matrices this small are shared out at a loss.
     with threadpool_limits(1):

@@ -1,5 +1,5 @@
 """The table of the public robots: table.py RIVALS, the file that rivals.py has printed; on standard input, one after the other, the documents of
-`calibench prove --json --rows`. Prints Markdown: what it comes to, by kind of division, then every division, worst first.
+`calibench effects prove --json --rows`. Prints Markdown: what it comes to, by kind of division, then every division, worst first.
 """
 
 import json

@@ -14,6 +14,9 @@ from calibench import _program
 from calibench._dataset import Columns, Dataset, StrPath, Table, _column, _write_csv, read_columns
 from calibench._errors import InputError
 
+#: First words of verbs that have two.
+_GROUPS = {"keep", "plan", "sim"}
+
 
 class Result(Mapping[str, Any]):
     """The document of a verb, by its keys, as ``docs/schema`` describes it.
@@ -58,7 +61,8 @@ class Result(Mapping[str, Any]):
         return self._text
 
     def __repr__(self) -> str:
-        return f"<calibench {self._arguments[0]}: {', '.join(self._document)}>"
+        verb = self._arguments[: 2 if self._arguments[0] in _GROUPS else 1]
+        return f"<calibench {' '.join(map(str, verb))}: {', '.join(self._document)}>"
 
     def _repr_html_(self) -> str:
         return f'<pre style="line-height: 1.2; white-space: pre; overflow-x: auto">{html.escape(self._text)}</pre>'

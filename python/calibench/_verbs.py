@@ -84,10 +84,10 @@ def ladder(data: Data, model: AnyModel = None, *, check: Data = (), force: bool 
 
 
 def next_measurements(data: Data, model: AnyModel = None, *, scenario: StrPath | None = None, seed: int = 1, force: bool = False) -> Result:
-    """Proposes the measurements that best separate rival effects or most reduce the predicted error (``calibench next``)."""
+    """Proposes the measurements that best separate rival effects or most reduce the predicted error (``calibench plan next``)."""
     of_model, written = _model(model)
     of_scenario: list[StrPath] = ["--scenario", scenario] if scenario is not None else []
-    return Result(["next", *_several(data), *of_model, *of_scenario, f"--seed={seed}", *_forced(force)], keep=(data, written))
+    return Result(["plan", "next", *_several(data), *of_model, *of_scenario, f"--seed={seed}", *_forced(force)], keep=(data, written))
 
 
 def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False) -> Result:
@@ -101,7 +101,7 @@ def check(calibration: Calibration | StrPath, data: Dataset | StrPath | None = N
     ``then`` is the campaign that was calibrated. Without ``data`` the poses to measure again are chosen.
     """
     chosen: list[StrPath] = [f"--sentinels={sentinels}"] if data is None else [data]
-    return Result(["check", calibration, *chosen, "--then", then], keep=(calibration, data, then))
+    return Result(["keep", "check", calibration, *chosen, "--then", then], keep=(calibration, data, then))
 
 
 def runs(data: Data, model: AnyModel = None, *, dates: Sequence[str] = (), drift: Mapping[str, float] | None = None, at_most: int | None = None, predict: bool = True, force: bool = False) -> Result:
@@ -110,14 +110,14 @@ def runs(data: Data, model: AnyModel = None, *, dates: Sequence[str] = (), drift
     of_dates: list[StrPath] = [f"--dates={','.join(dates)}"] if dates else []
     of_drift: list[StrPath] = [f"--drift={name}={size}" for name, size in (drift or {}).items()]
     of_rows: list[StrPath] = [f"--at-most={at_most}"] if at_most is not None else []
-    arguments = ["runs", *_several(data), *of_model, *of_dates, *of_drift, *of_rows, *([] if predict else ["--no-prediction"]), *_forced(force)]
+    arguments = ["keep", "runs", *_several(data), *of_model, *of_dates, *of_drift, *of_rows, *([] if predict else ["--no-prediction"]), *_forced(force)]
     return Result(arguments, keep=(data, written))
 
 
 def fleet(calibrations: Sequence[Calibration | StrPath], *, out: StrPath | None = None) -> Result:
     """Learns from calibrations of robots of one type what they have in common; ``out`` is the file that ``identify`` takes."""
     of_output: list[StrPath] = ["-o", out] if out is not None else []
-    return Result(["fleet", *calibrations, *of_output], keep=calibrations)
+    return Result(["keep", "fleet", *calibrations, *of_output], keep=calibrations)
 
 
 def report(data: Data, model: AnyModel = None, *, ladder: bool = False, force: bool = False) -> Report:
@@ -140,13 +140,13 @@ def study(scenario: StrPath, *, trials: int, first: int = 0, seed: int | None = 
     """Repeats the whole procedure with every error sampled again."""
     folder, keep = _room()
     of_seed: list[StrPath] = [f"--seed={seed}"] if seed is not None else []
-    arguments: list[StrPath] = ["study", scenario, f"--trials={trials}", f"--first={first}", f"--method={method}", *of_seed, *(["--diagnose"] if diagnose else [])]
+    arguments: list[StrPath] = ["sim", "study", scenario, f"--trials={trials}", f"--first={first}", f"--method={method}", *of_seed, *(["--diagnose"] if diagnose else [])]
     return Study(arguments, folder / "trials.csv", keep)
 
 
 def merge(shards: Sequence[Study | StrPath]) -> Result:
     """Combines the shards of a study and summarises them."""
-    return Result(["merge", *shards], keep=shards)
+    return Result(["sim", "merge", *shards], keep=shards)
 
 
 def effects() -> Result:

@@ -40,7 +40,7 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
     assert diagnosis.json() == printed("diagnose", data.folder, "--model", path, "--json")
     assert diagnosis["verdict"] in str(diagnosis) and diagnosis._repr_html_().startswith("<pre")
     assert cb.add("joint_compliance:2", data, path).json() == printed("add", "joint_compliance:2", data.folder, "--model", path, "-o", tmp_path / "m2.toml", "--json")
-    assert cb.next_measurements(data, path, seed=2).json() == printed("next", data.folder, "--model", path, "--seed", 2, "--json")
+    assert cb.next_measurements(data, path, seed=2).json() == printed("plan", "next", data.folder, "--model", path, "--seed", 2, "--json")
     assert cb.effects().json() == printed("effects", "--json") and cb.robots().json() == printed("robots", "--json")
     page = cb.report(data, path)
     assert page.page.lstrip().lower().startswith("<!doctype html") and "srcdoc=" in page._repr_html_()
@@ -57,12 +57,12 @@ def test_a_calibration_is_checked(measured: pd.DataFrame, tmp_path: Path) -> Non
     calibration.write(written)
     checked = cb.check(calibration, again, then=stated)
     assert checked.ok and checked["verdict"] == "valid"
-    assert checked.json() == printed("check", written, again.folder, "--then", stated.folder, "--json")
+    assert checked.json() == printed("keep", "check", written, again.folder, "--then", stated.folder, "--json")
     with pytest.raises(cb.InputError, match="is the campaign itself"):
         cb.check(calibration, stated, then=stated)
     planned = cb.check(calibration, then=stated, sentinels=3)
     assert len(planned["sentinels"]) == 3
-    assert planned.json() == printed("check", written, "--then", stated.folder, "--sentinels=3", "--json")
+    assert planned.json() == printed("keep", "check", written, "--then", stated.folder, "--sentinels=3", "--json")
 
 
 def test_the_ladder_ends_in_a_robot(data: cb.Dataset, tmp_path: Path) -> None:
@@ -90,4 +90,4 @@ def test_a_cell_is_simulated(tmp_path: Path) -> None:
     shards = [cb.study(scenario, trials=1, first=k) for k in range(2)]
     assert all(len(shard.frame()) >= 1 for shard in shards)
     merged = cb.merge(shards)
-    assert merged.json() == printed("merge", *shards, "--json")
+    assert merged.json() == printed("sim", "merge", *shards, "--json")

@@ -11,5 +11,5 @@ from conftest import ROOT
 def test_parquet(tmp_path: Path) -> None:
     outputs = ["-o", tmp_path / "t.csv", "--parquet", tmp_path / "t.parquet"]
     with pytest.raises(cb.InputError, match="--features parquet"):
-        run(["study", ROOT / "scenarios" / "table8.toml", "--trials", "2", *outputs])
+        run(["sim", "study", ROOT / "scenarios" / "table8.toml", "--trials", "2", *outputs])
     assert not any(tmp_path.iterdir())

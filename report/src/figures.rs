@@ -31,7 +31,7 @@ macro_rules! path {
 pub const RESIDUAL: Figure = Figure {
     name: "residual of the fit",
     meaning: "measured minus predicted on the rows that were fitted, rms of the 3-D length",
-    verbs: &["identify", "compare", "diagnose", "add", "ladder", "prove"],
+    verbs: &["identify", "compare", "diagnose", "add", "ladder", "effects prove"],
     keys: &["residual_mm"],
     function: path!(calibench::math::rms),
 };
@@ -76,7 +76,7 @@ pub const EXPECTED_INSIDE: Figure = Figure {
 pub const EXPECTED_OVER: Figure = Figure {
     name: "expected over the joint limits",
     meaning: "the same at poses all over the limits of the joints; of data without held-out poses also the figure of the verbs that judge a model",
-    verbs: &["calibrate", "run", "compare", "diagnose", "add", "ladder", "next", "measure"],
+    verbs: &["calibrate", "run", "compare", "diagnose", "add", "ladder", "plan next", "measure"],
     keys: &["over_limits", "workspace"],
     function: path!(calibench::prediction::WorkspaceError::predict),
 };

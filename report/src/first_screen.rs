@@ -121,10 +121,13 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
         }
         ToDo::Unknown => return vec![unconverged_sentence(cause.outcome).trim_end_matches('.').to_owned()],
         ToDo::Distinguish => {
-            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("next")));
+            all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("plan next")));
         }
         _ if judgement.expected.inside.as_ref().is_some_and(|e| e.at_least) => {
-            all.push(format!("measure more postures where the robot is to work: `{}` proposes some", commands.verb("next")));
+            all.push(format!(
+                "measure more postures where the robot is to work: `{}` proposes some",
+                commands.verb("plan next")
+            ));
         }
         ToDo::Stop => all.push(more_measurements(commands).trim_end_matches('.').to_owned()),
         _ => {}

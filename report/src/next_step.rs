@@ -79,7 +79,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
 
 /// What would show more than the present data do.
 pub(super) fn more_measurements(commands: &Recommended) -> String {
-    format!("`{}` names measurements that would add information.", commands.verb("next"))
+    format!("`{}` names measurements that would add information.", commands.verb("plan next"))
 }
 
 /// The command that does it.
@@ -90,7 +90,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
             commands.add(shape.as_ref().map_or(one, |shape| &shape.id))
         }
         (ToDo::Add, [first, ..]) => commands.add(first),
-        (ToDo::Distinguish | ToDo::Stop, _) => commands.verb("next"),
+        (ToDo::Distinguish | ToDo::Stop, _) => commands.verb("plan next"),
         _ => commands.verb("ladder"),
     }
 }
@@ -105,7 +105,7 @@ pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<S
     (verdict == Verdict::Indistinguishable).then(|| {
         format!(
             "Next: `{}` names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
-            commands.verb("next"),
+            commands.verb("plan next"),
             all_called(&step.model.registry, &step.added)
         )
     })

@@ -149,7 +149,7 @@ impl Scenario {
             InstrumentKind::Trical => Ok(()),
             kind => {
                 let problem = format!("`{verb}` measures by TriCal alone, not by {}", kind.name());
-                Err(self.wrong("instrument.kind", problem, "use `study`, or leave the table out"))
+                Err(self.wrong("instrument.kind", problem, "use `sim study`, or leave the table out"))
             }
         }
     }

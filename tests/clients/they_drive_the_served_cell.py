@@ -25,7 +25,7 @@ class Served:
     """A served cell; nothing in it takes time."""
 
     def __init__(self, program, scenario, *switches):
-        command = [program, "serve", scenario, "--time-scale", "0", "--commands", *switches]
+        command = [program, "sim", "serve", scenario, "--time-scale", "0", "--commands", *switches]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         addresses = json.loads(self.process.stdout.readline())
         self.indicators = addresses["indicators"]

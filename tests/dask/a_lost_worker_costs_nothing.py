@@ -2,7 +2,7 @@
 
     a_lost_worker_costs_nothing.py PROGRAM SCENARIO [TRIALS SHARD WORKERS [OPTION ...]]
 
-OPTION is one of `study`, of both. It tells trials, workers and seconds.
+OPTION is one of `sim study`, of both. It tells trials, workers and seconds.
 
 What it needs is made by `tests/dask/run`. Ends with 1 and says why when it is not so.
 """
@@ -40,7 +40,7 @@ def main():
     program = os.path.realpath(program)
     with tempfile.TemporaryDirectory() as folder:
         one, spread = Path(folder) / "one.csv", Path(folder) / "spread.csv"
-        subprocess.run([program, "study", scenario, "--trials", str(trials), "--output", str(one), *options], check=True, capture_output=True)
+        subprocess.run([program, "sim", "study", scenario, "--trials", str(trials), "--output", str(one), *options], check=True, capture_output=True)
         passed = ["--", *options] if options else []
         began = time.monotonic()
         command = [sys.executable, str(SCRIPT), "--trials", str(trials), "--shard", str(shard), "--workers", str(workers), "--program", program, "-o", str(spread), scenario, *passed]

@@ -35,7 +35,7 @@ use calibench_report::{
     Page, advice, documents, each_called, ladder_step_sentence, not_added_sentence, objection_sentence, unbelievable_sentence,
 };
 
-/// Seed of the candidate postures for the next experiment: the default of `next`.
+/// Seed of the candidate postures for the next experiment: the default of `plan next`.
 const NEXT_SEED: u64 = 1;
 
 impl Bench {
@@ -275,7 +275,7 @@ impl Bench {
         answer
     }
 
-    /// The next experiment, as `next` proposes it for these data without a scenario.
+    /// The next experiment, as `plan next` proposes it for these data without a scenario.
     ///
     /// # Errors
     /// When the data do not determine the model.

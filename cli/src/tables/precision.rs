@@ -1,4 +1,4 @@
-//! Output of `precision`.
+//! Output of `sim precision`.
 
 use calibench::units::UM;
 use calibench_report::{Printout, Table, plain_table};

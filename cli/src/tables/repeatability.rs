@@ -1,4 +1,4 @@
-//! Output of `repeatability`.
+//! Output of `cell repeatability`.
 
 use calibench::residuals::{LostMotion, PoseRepeatability, StationRepeatability};
 use calibench::units::{MM, UM, URAD};

@@ -1,4 +1,4 @@
-//! `effects`: the built-in effects.
+//! `effects` and `effects list`: the built-in effects.
 
 use calibench::effects::catalogue::CATALOGUE;
 use calibench::effects::family::{Family, Origin, Scan};
@@ -21,7 +21,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = built_in("kr6_r700").ok_or("the KR6 is built in")?;
     let balls = ["1".to_owned()];
     let subject = Subject::new(&robot, &balls);

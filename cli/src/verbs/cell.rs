@@ -1,27 +1,19 @@
-//! `cell check CELL`, `cell program -o FOLDER`: preparation of a real cell for measurements.
+//! `cell check CELL`, `cell program -o FOLDER`, `cell repeatability`: preparation of a cell for measurements.
 
-use std::path::{Path, PathBuf};
+pub(super) mod check;
 
-use calibench::cell::gauge::Traffic;
+use std::path::PathBuf;
+
 use calibench::cell::kuka::program_files;
-use calibench::cell::{Indicator, IndicatorError, StopRequest};
 use calibench::files::disk::write_whole;
-use calibench::measure::campaign::cell::{Cell, read_cell};
-use calibench::units::{DEG, MM, UM};
-use calibench_report::plain_table;
 use clap::Subcommand;
 
-use crate::terminal::failure::{Failure, Hardware, Outcome};
+use super::repeatability;
+use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::print_answer;
 
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(subcommand)]
-    errand: Errand,
-}
-
 #[derive(Subcommand)]
-enum Errand {
+pub enum Cell {
     /// Query every device of a cell and report its state; nothing moves, and no setting changes except the indicators' unit,
     /// set to millimetres
     Check {
@@ -34,124 +26,26 @@ enum Errand {
         #[arg(short, long, visible_alias = "out")]
         output: PathBuf,
     },
+    /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
+    Repeatability(repeatability::Arguments),
 }
 
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    match &arguments.errand {
-        Errand::Check { cell } => check(cell),
-        Errand::Program { output } => {
-            for (name, text) in program_files() {
-                write_whole(&output.join(name), text.as_bytes())?;
+impl Cell {
+    /// Does what the verb is for.
+    pub fn run(&self) -> Result<Outcome, Failure> {
+        match self {
+            Cell::Check { cell } => check::run(cell),
+            Cell::Program { output } => {
+                for (name, text) in program_files() {
+                    write_whole(&output.join(name), text.as_bytes())?;
+                }
+                print_answer(format!(
+                    "the program for the controller is in {}; docs/cell.md describes how to set it up",
+                    output.display()
+                ))?;
+                Ok(Outcome::Done)
             }
-            print_answer(format!(
-                "the program for the controller is in {}; docs/cell.md describes how to set it up",
-                output.display()
-            ))?;
-            Ok(Outcome::Done)
+            Cell::Repeatability(a) => repeatability::run(a),
         }
     }
-}
-
-/// Number of readings used to assess the repeatability of an indicator.
-const READINGS: usize = 10;
-
-fn check(path: &Path) -> Result<Outcome, Failure> {
-    let cell = read_cell(path)?;
-    let mut failures = 0;
-    let mut rows = Vec::new();
-    for axis in 0..3 {
-        let row = indicator(&cell, axis).unwrap_or_else(|why| {
-            failures += 1;
-            let [name, place] = [axis_name(axis), cell.indicators[axis].place.to_string()];
-            [name, place, String::new(), String::new(), String::new(), String::new(), format!("FAILS: {why}")]
-        });
-        rows.push(row);
-    }
-    print_answer(plain_table(["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], rows))?;
-    match robot(&cell) {
-        Ok((rows, fit)) => {
-            failures += usize::from(!fit);
-            print_answer(plain_table(["robot", cell.robot.address(), ""], rows))?;
-        }
-        Err(why) => {
-            failures += 1;
-            print_answer(format!("robot at {}: FAILS: {why}", cell.robot.address()))?;
-        }
-    }
-    match failures {
-        0 => {
-            print_answer("the cell is ready")?;
-            Ok(Outcome::Done)
-        }
-        1 => Err(Hardware("1 device of the cell is not ready".into()).into()),
-        many => Err(Hardware(format!("{many} devices of the cell are not ready")).into()),
-    }
-}
-
-fn axis_name(axis: usize) -> String {
-    format!("{} ({})", axis + 1, ["x", "y", "z"][axis])
-}
-
-fn indicator(cell: &Cell, axis: usize) -> Result<[String; 7], String> {
-    let mut gauge = cell.indicators[axis].open(axis).map_err(|e| e.error.to_string())?;
-    let identity = gauge.identify().map_err(|e| e.to_string())?;
-    let readings: Result<Vec<f64>, IndicatorError> = (0..READINGS).map(|_| gauge.read()).collect();
-    let readings = readings.map_err(|e| e.to_string())?;
-    let mean = readings.iter().sum::<f64>() / READINGS as f64;
-    let spread = readings.iter().fold(0.0, |s: f64, r| s.max((r - mean).abs())) * 2.0;
-    let battery = identity.battery_low.map_or("", |low| if low { "LOW" } else { "good" });
-    let who = [identity.name, identity.version, identity.resolution].into_iter().flatten().collect::<Vec<_>>().join(", ");
-    let decimals = gauge.decimals().unwrap_or(4);
-    Ok([
-        axis_name(axis),
-        cell.indicators[axis].place.to_string(),
-        who,
-        battery.into(),
-        format!("{:+.decimals$}", mean / MM),
-        format!("{:.1}", spread / UM),
-        String::new(),
-    ])
-}
-
-/// The rows reported for the robot, and whether it is ready for measurements.
-fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
-    let mut robot = cell.open_robot(StopRequest::default()).map_err(|e| e.to_string())?;
-    let state = robot.state().map_err(|e| e.to_string())?;
-    let joints = robot.joints().map_err(|e| e.to_string())?;
-    let outside = cell.guards.joint_motion(&joints, &joints).err();
-    let (distance, angle) = cell.disagreement(robot.as_mut(), &joints).map_err(|e| e.to_string())?;
-    let model = disagreement_verdict(distance, angle);
-    let list = |values: &[f64], unit: f64| values.iter().map(|v| format!("{:.3}", v / unit)).collect::<Vec<_>>().join(", ");
-    let fails = |why: Option<String>| why.map(|why| format!("FAILS: {why}")).unwrap_or_default();
-    let Traffic { sent, received } = robot.traffic();
-    let fit = state.unfit.is_none() && state.pending.is_none() && model.is_none();
-    let row = |what: &str, is: String, verdict: String| [what.to_owned(), is, verdict];
-    let stop = match state.emergency_stop {
-        None => "not known",
-        Some(true) => "PRESSED",
-        Some(false) => "not pressed",
-    };
-    let rows = vec![
-        row("operating mode", state.mode, fails(state.unfit)),
-        row("program", state.program, fails(state.pending)),
-        row("emergency stop", stop.into(), String::new()),
-        row("speed override", format!("{} %", state.speed_percent), String::new()),
-        row("joints deg", list(&joints, DEG), outside.map(|why| why.to_string()).unwrap_or_default()),
-        row("TCP mm, world", list(cell.guards.tcp(&joints).as_slice(), MM), String::new()),
-        row("controller against model", format!("{:.3} mm, {:.3} deg", distance / MM, angle / DEG), fails(model)),
-        row("bytes", format!("{sent} sent, {received} received"), String::new()),
-    ];
-    Ok((rows, fit))
-}
-
-/// Discrepancy between the flanges of controller and model that indicates another arm or another flange, m and rad: a nominal
-/// arm is accurate to some millimetres, and an absolutely calibrated controller differs by as much.
-const SAME_ARM: (f64, f64) = (5.0 * MM, 1.0 * DEG);
-
-/// Explains a discrepancy between controller and model if it is too large.
-pub fn disagreement_verdict(distance: f64, angle: f64) -> Option<String> {
-    if distance < SAME_ARM.0 && angle < SAME_ARM.1 {
-        return None;
-    }
-    Some("its flange is not that of the model; correct [robot.flange] (b_deg = 180 for a KR 6), or name the right robot".into())
 }

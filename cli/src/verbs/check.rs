@@ -1,4 +1,4 @@
-//! `check CALIBRATION --then CAMPAIGN [DATASET]`: whether a calibration still holds, by a few poses measured again.
+//! `keep check CALIBRATION --then CAMPAIGN [DATASET]`: whether a calibration still holds, by a few poses measured again.
 
 use std::path::{Path, PathBuf};
 
@@ -34,9 +34,9 @@ const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
 const ARM_ERRORS: f64 = 5.0 * DEG;
 
 /// Three forms of call.
-const USAGE: &str = "calibench check <CALIBRATION> <DATASET> --then <CAMPAIGN> [--history <FILE> --on <DAY>]
-       calibench check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
-       calibench check <CALIBRATION> --then <CAMPAIGN> --cell <CELL|SCENARIO> --plan <SENTINELS> -o <DATASET>";
+const USAGE: &str = "calibench keep check <CALIBRATION> <DATASET> --then <CAMPAIGN> [--history <FILE> --on <DAY>]
+       calibench keep check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
+       calibench keep check <CALIBRATION> --then <CAMPAIGN> --cell <CELL|SCENARIO> --plan <SENTINELS> -o <DATASET>";
 
 #[derive(clap::Args)]
 #[command(override_usage = USAGE)]
@@ -158,7 +158,7 @@ fn probe(
         read_cell(cell)?.dataset
     } else {
         let scenario = read_scenario(cell)?;
-        scenario.expect_trical("check")?;
+        scenario.expect_trical("keep check")?;
         Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
     };
     check_output_folder(folder, "dataset", DATASET_TOML)?;

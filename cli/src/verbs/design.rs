@@ -1,4 +1,4 @@
-//! `design SCENARIO`: placement of the balls of an artifact.
+//! `sim design SCENARIO`: placement of the balls of an artifact.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -75,7 +75,7 @@ fn scenario_text(found: &Design, of: &Path, path: &Path) -> Result<String, Failu
         ("question".to_owned(), Value::String(format!("What does the artifact designed in {} give?", found.name))),
     ]);
     let said = format!(
-        "# Designed by `calibench design`, seed {}: {} balls, one-sigma over the workspace {worst_um:.1} um at worst, {mean_um:.1} um on average; {mass_kg:.1} kg.\n",
+        "# Designed by `calibench sim design`, seed {}: {} balls, one-sigma over the workspace {worst_um:.1} um at worst, {mean_um:.1} um on average; {mass_kg:.1} kg.\n",
         found.seed,
         balls.len()
     );

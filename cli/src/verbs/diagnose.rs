@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
-    /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
+    /// What robots of this type have in common, made by `keep fleet`: it is taken into account unless this robot is not like them
     #[arg(long, value_parser = input())]
     fleet: Option<PathBuf>,
     /// Show which variable each joint's error follows, even if an effect of the catalogue explains it

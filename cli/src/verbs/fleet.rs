@@ -1,4 +1,4 @@
-//! `fleet CALIBRATION... -o FLEET`: what robots of one type have in common.
+//! `keep fleet CALIBRATION... -o FLEET`: what robots of one type have in common.
 
 use std::path::PathBuf;
 

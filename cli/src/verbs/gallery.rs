@@ -1,4 +1,4 @@
-//! `gallery SCENARIO` and `gallery DATASET...`: what each effect looks like in the residuals.
+//! `effects gallery SCENARIO` and `effects gallery DATASET...`: what each effect looks like in the residuals.
 
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             [only] => only.words.clone(),
             _ => format!("the simulated cell of `{}`", names.join(" ")),
         },
-        command: format!("calibench gallery {} -o {}", names.join(" "), arguments.output.display()),
+        command: format!("calibench effects gallery {} -o {}", names.join(" "), arguments.output.display()),
         entries,
         untestable,
     };
@@ -90,7 +90,7 @@ fn campaigns(arguments: &Arguments) -> Result<(Vec<Campaign>, u64), Failure> {
                 return Err("--model is for datasets: a scenario has its own".into());
             }
             let scenario = read_scenario(path)?;
-            scenario.expect_trical("gallery")?;
+            scenario.expect_trical("effects gallery")?;
             let seed = arguments.seed.unwrap_or(scenario.seed);
             Ok((of_scenario(&scenario, seed, &mut Unwatched).map_err(|e| scenario.locate(&e))?, seed))
         }

@@ -45,7 +45,7 @@ pub struct Arguments {
     /// For mukca: distance between neighbouring sockets of a place, mm, if it is not 50
     #[arg(long, value_name = "MM", value_parser = distance)]
     distance: Option<f64>,
-    /// A dataset measured on the same set-up: base, tool and targets are taken from it, not found from these rows, so that `check` can compare the two
+    /// A dataset measured on the same set-up: base, tool and targets are taken from it, not found from these rows, so that `keep check` can compare the two
     #[arg(long, value_name = "DATASET")]
     set_up_of: Option<PathBuf>,
     /// Fraction of the postures to keep for validation, chosen at random, each with all its rows

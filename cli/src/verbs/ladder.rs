@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Initial model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
-    /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
+    /// What robots of this type have in common, made by `keep fleet`: it is taken into account unless this robot is not like them
     #[arg(long, value_parser = input())]
     fleet: Option<PathBuf>,
     /// Campaigns not included in the fit: base and tool are re-estimated in each, and a step that makes one worse is refused

@@ -1,4 +1,4 @@
-//! `merge SHARD...`: combines the shards of a study.
+//! `sim merge SHARD...`: combines the shards of a study.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use calibench_lab::study::merge;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Tables of one study written by `study`, in any order; a single one is summarised
+    /// Tables of one study written by `sim study`, in any order; a single one is summarised
     #[arg(required = true)]
     shards: Vec<PathBuf>,
     /// Output file for the combined table (CSV), byte-identical to that of a single run

@@ -1,4 +1,4 @@
-//! `next DATASET... [--model M] [--scenario S] -o PLAN`.
+//! `plan next DATASET... [--model M] [--scenario S] -o PLAN`.
 
 use std::path::{Path, PathBuf};
 

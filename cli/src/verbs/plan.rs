@@ -1,14 +1,16 @@
-//! `plan SCENARIO|CELL -o PLAN`.
+//! `plan SCENARIO|CELL -o PLAN`, `plan next DATASET... -o PLAN`.
 
 pub(super) mod cell;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use calibench::diagnosis::detectability::Detectability;
 use calibench::measure::poses::write_plan;
 use calibench_report::{detectability_text, documents};
+use clap::Subcommand;
 
 use self::cell::{is_cell, scenario_of};
+use super::next;
 use crate::arguments::choices::seed;
 use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
@@ -18,10 +20,13 @@ use crate::terminal::streams::output;
 use calibench_sim::planning::{Chosen, nominal_samples, plan_within, shown};
 
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
+    #[command(subcommand)]
+    verb: Option<Plan>,
     /// Scenario file, or the cell.toml of a real cell that refers to one
-    #[arg(value_name = "SCENARIO|CELL")]
-    scenario: PathBuf,
+    #[arg(value_name = "SCENARIO|CELL", required = true)]
+    scenario: Option<PathBuf>,
     /// Output file for the plan (TOML); an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
@@ -33,13 +38,28 @@ pub struct Arguments {
     json: bool,
 }
 
+#[derive(Subcommand)]
+enum Plan {
+    /// Propose the extra measurements that best separate the rival effects or most reduce the predicted error
+    Next(next::Arguments),
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    match (&arguments.verb, &arguments.scenario) {
+        (Some(Plan::Next(a)), _) => next::run(a),
+        (None, Some(path)) => plan(arguments, path),
+        (None, None) => Err("give a scenario or a cell".into()),
+    }
+}
+
+/// Plans the probings of a scenario or a cell.
+fn plan(arguments: &Arguments, path: &Path) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
-    let (scenario, dataset, guards) = if is_cell(&arguments.scenario) {
-        let (scenario, cell) = scenario_of(&arguments.scenario)?;
+    let (scenario, dataset, guards) = if is_cell(path) {
+        let (scenario, cell) = scenario_of(path)?;
         (scenario, cell.dataset, Some(cell.guards))
     } else {
-        let scenario = read_scenario(&arguments.scenario)?;
+        let scenario = read_scenario(path)?;
         scenario.expect_trical("plan")?;
         let dataset = scenario.dataset();
         (scenario, dataset, None)

@@ -1,4 +1,4 @@
-//! `precision SCENARIO`: the precision test of the TriCal, and its budget.
+//! `sim precision SCENARIO`: the precision test of the TriCal, and its budget.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `prove DATASET...`: what the data can show; with a way of dividing them, whether the advice holds on postures left out.
+//! `effects prove DATASET...`: what the data can show; with a way of dividing them, whether the advice holds on postures left out.
 
 mod divisions;
 mod injections;

@@ -1,4 +1,4 @@
-//! `repeatability SCENARIO|--cell CELL`: repeatability of the robot and lost motion of its joints on reversal, measured with
+//! `cell repeatability SCENARIO|--cell CELL`: repeatability of the robot and lost motion of its joints on reversal, measured with
 //! the gauge.
 
 pub(super) mod cell;
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let Some(path) = &arguments.scenario else { return Err("give a scenario, or --cell CELL with --plan PLAN".into()) };
     let mut scenario = read_scenario(path)?;
-    scenario.expect_trical("repeatability")?;
+    scenario.expect_trical("cell repeatability")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let balls = places(&scenario.ball_ids(), &arguments.ball)?;

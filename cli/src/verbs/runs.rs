@@ -1,4 +1,4 @@
-//! `runs DATASET... [--model M] [-o CALIBRATION]`: many runs of one robot; what stayed, what moved, what belongs to one run only.
+//! `keep runs DATASET... [--model M] [-o CALIBRATION]`: many runs of one robot; what stayed, what moved, what belongs to one run only.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `serve SCENARIO`: the simulated cell over the interfaces of a real one.
+//! `sim serve SCENARIO`: the simulated cell over the interfaces of a real one.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -85,7 +85,7 @@ fn time_scale(text: &str) -> Result<f64, String> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = read_scenario(&arguments.scenario)?;
-    scenario.expect_trical("serve")?;
+    scenario.expect_trical("sim serve")?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let planned = plan(&scenario, seed).map_err(|e| scenario.locate_plan(&e))?.probing;

@@ -18,7 +18,7 @@ pub struct Completions {
 
 #[derive(clap::Args)]
 pub struct Man {
-    /// Folder for the pages, one for the program and one for each verb; existing files are replaced
+    /// Folder for the pages, one for the program and one for each verb and each verb in it; existing files are replaced
     #[arg(short, long, visible_alias = "out", value_name = "DIR")]
     output: PathBuf,
 }
@@ -35,9 +35,7 @@ pub fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
 pub fn man(arguments: &Man) -> Result<Outcome, Failure> {
     let mut whole = command();
     whole.build();
-    let verbs = whole.get_subcommands().filter(|verb| verb.get_name() != "help");
-    let verbs = verbs.map(|verb| verb.clone().display_name(format!("calibench-{}", verb.get_name())));
-    let pages: Vec<clap::Command> = std::iter::once(whole.clone()).chain(verbs).collect();
+    let pages = pages(whole, "calibench");
     for page in &pages {
         let name = page.get_display_name().unwrap_or_else(|| page.get_name()).to_owned();
         let mut text = Vec::new();
@@ -46,4 +44,11 @@ pub fn man(arguments: &Man) -> Result<Outcome, Failure> {
     }
     print_answer(format!("{} pages in {}", pages.len(), arguments.output.display()))?;
     Ok(Outcome::Done)
+}
+
+/// A verb and the verbs in it, each with the name of its page.
+fn pages(verb: clap::Command, name: &str) -> Vec<clap::Command> {
+    let inner = verb.get_subcommands().filter(|inner| inner.get_name() != "help");
+    let inner: Vec<_> = inner.flat_map(|inner| pages(inner.clone(), &format!("{name}-{}", inner.get_name()))).collect();
+    std::iter::once(verb.display_name(name)).chain(inner).collect()
 }

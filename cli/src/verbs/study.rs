@@ -1,4 +1,4 @@
-//! `study SCENARIO`: the whole procedure repeated, with every error sampled again.
+//! `sim study SCENARIO`: the whole procedure repeated, with every error sampled again.
 
 use std::path::PathBuf;
 use std::time::Instant;

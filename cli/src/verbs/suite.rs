@@ -1,4 +1,4 @@
-//! `suite SCENARIO`: the blind trials of the diagnosis.
+//! `sim suite SCENARIO`: the blind trials of the diagnosis.
 
 use std::path::PathBuf;
 
@@ -54,7 +54,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let scenario = read_scenario(&arguments.scenario)?;
-    scenario.expect_trical("suite")?;
+    scenario.expect_trical("sim suite")?;
     let Some(spec) = &scenario.suite else {
         return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
     };

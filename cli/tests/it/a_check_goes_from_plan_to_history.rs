@@ -1,4 +1,4 @@
-//! `check` on a cell: the sentinels are planned, probed until the answer is sure, and kept in a history. It goes on after an
+//! `keep check` on a cell: the sentinels are planned, probed until the answer is sure, and kept in a history. It goes on after an
 //! interruption, and refuses what it cannot use before anything moves.
 
 use std::fs;
@@ -32,11 +32,11 @@ fn calibrated() -> TempDir {
     ran(folder.path(), "plan cell.toml -o plan.toml");
     ran(folder.path(), "measure cell.toml --plan plan.toml -o then");
     ran(folder.path(), "identify then -o calibration.toml");
-    ran(folder.path(), "check calibration.toml --then then --plan plan.toml -o sentinels.toml");
+    ran(folder.path(), "keep check calibration.toml --then then --plan plan.toml -o sentinels.toml");
     folder
 }
 
-const CHECK: &str = "check calibration.toml --then then";
+const CHECK: &str = "keep check calibration.toml --then then";
 
 #[test]
 fn what_is_planned_is_probed_and_kept() {
@@ -136,7 +136,7 @@ fn what_is_planned_is_probed_and_kept() {
     }
     fs::write(at.join("history.toml"), &history).unwrap();
     fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
-    refused(at, "check other.toml --then then now/1 --history history.toml --on 2026-01-02", "begin another history");
+    refused(at, "keep check other.toml --then then now/1 --history history.toml --on 2026-01-02", "begin another history");
     assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
     // What was measured on another day does not answer for today: nothing moves, and nothing is said to hold.
     for line in ["", " --resume", " --history new.toml --on 2026-01-02"] {
@@ -213,6 +213,6 @@ fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
     fs::write(at.join("other.toml"), other).unwrap();
     ran(at, "measure other.toml --plan plan.toml -o other");
     for dataset in ["then", "other"] {
-        refused(at, &format!("check calibration.toml --then other {dataset}"), "is not the campaign that was calibrated");
+        refused(at, &format!("keep check calibration.toml --then other {dataset}"), "is not the campaign that was calibrated");
     }
 }

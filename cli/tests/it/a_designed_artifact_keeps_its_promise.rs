@@ -1,4 +1,4 @@
-//! An artifact designed by `calibench design` has its balls in the most informative places, is as accurate as predicted, and
+//! An artifact designed by `calibench sim design` has its balls in the most informative places, is as accurate as predicted, and
 //! runs as a scenario.
 
 use std::fs;
@@ -68,7 +68,7 @@ fn calibench(folder: &Path, threads: &str, arguments: &[&str]) -> Output {
 }
 
 fn designed(folder: &Path, more: &[&str]) -> Value {
-    let output = calibench(folder, "2", &[&["design", "s.toml", "--json"], more].concat());
+    let output = calibench(folder, "2", &[&["sim", "design", "s.toml", "--json"], more].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
@@ -130,7 +130,7 @@ fn the_prediction_is_what_the_simulated_cell_shows_and_the_artifact_runs() {
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let folder = folder(THREE_BALLS);
     let made = |threads: &str, seed: &str| {
-        let arguments = ["design", "s.toml", "--trials", "4", "--seed", seed, "-o", "a.toml", "--report", "a.html"];
+        let arguments = ["sim", "design", "s.toml", "--trials", "4", "--seed", seed, "-o", "a.toml", "--report", "a.html"];
         let output = calibench(folder.path(), threads, &arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let [artifact, page] = ["a.toml", "a.html"].map(|f| fs::read(folder.path().join(f)).expect("a file"));
@@ -168,7 +168,7 @@ fn bad_input_ends_in_one_clear_error_that_names_the_key() {
     ] {
         assert!(THIRD_BALL.contains(old), "{old}");
         let folder = folder(&THIRD_BALL.replacen(old, new, 1));
-        let output = calibench(folder.path(), "2", &["design", "s.toml", "--trials", "0", "-o", "out.toml"]);
+        let output = calibench(folder.path(), "2", &["sim", "design", "s.toml", "--trials", "0", "-o", "out.toml"]);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{new}: {error}");
         assert!(output.stdout.is_empty() && error.matches('\n').count() == 1, "{new}: {error}");
@@ -176,7 +176,7 @@ fn bad_input_ends_in_one_clear_error_that_names_the_key() {
         assert!(!folder.path().join("out.toml").exists());
     }
     let folder = folder("");
-    let output = calibench(folder.path(), "2", &["design", "s.toml"]);
+    let output = calibench(folder.path(), "2", &["sim", "design", "s.toml"]);
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(2) && error.contains("design: is missing"), "{error}");
 }

@@ -35,11 +35,11 @@ fn checks_made_at_once_are_all_in_the_history() {
         "plan cell.toml -o plan.toml",
         "measure cell.toml --plan plan.toml -o then",
         "identify then -o calibration.toml",
-        "check calibration.toml --then then --plan plan.toml -o sentinels.toml",
+        "keep check calibration.toml --then then --plan plan.toml -o sentinels.toml",
     ] {
         ended(begun(at, line));
     }
-    let check = "check calibration.toml --then then";
+    let check = "keep check calibration.toml --then then";
     for visit in 1..=CHECKS {
         ended(begun(at, &format!("{check} --cell cell.toml --plan sentinels.toml --visit {visit} -o now{visit}")));
     }

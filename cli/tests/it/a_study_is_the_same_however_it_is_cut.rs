@@ -52,7 +52,7 @@ fn bytes(folder: &TempDir, file: &str) -> Vec<u8> {
 fn threads_change_no_byte() {
     let folder = study();
     for threads in ["1", "4"] {
-        let output = calibench(&folder, &["study", "s.toml", "--trials", "7", "-o", &format!("{threads}.csv")], threads);
+        let output = calibench(&folder, &["sim", "study", "s.toml", "--trials", "7", "-o", &format!("{threads}.csv")], threads);
         assert!(output.status.success());
     }
     let rows = bytes(&folder, "1.csv");
@@ -74,10 +74,10 @@ fn a_method_alone_gives_its_rows_of_both() {
         rows.iter_mut().for_each(|row| ["study", "methods"].iter().for_each(|column| _ = row.remove(*column)));
         rows
     };
-    done(&folder, &["study", "s.toml", "--trials", "3", "-o", "both.csv"]);
+    done(&folder, &["sim", "study", "s.toml", "--trials", "3", "-o", "both.csv"]);
     for method in ["trical", "tracker"] {
         let file = format!("{method}.csv");
-        let told = done(&folder, &["study", "s.toml", "--trials", "3", "--method", method, "-o", &file, "--json"]);
+        let told = done(&folder, &["sim", "study", "s.toml", "--trials", "3", "--method", method, "-o", &file, "--json"]);
         let alone = rows(&file, method);
         assert_eq!(alone.len(), 3 * 3, "a row a trial and point");
         assert_eq!(alone, rows("both.csv", method));
@@ -86,48 +86,49 @@ fn a_method_alone_gives_its_rows_of_both() {
         // Cut within a row, it continues.
         let whole = bytes(&folder, &file);
         fs::write(folder.path().join(&file), &whole[..whole.len() - 40]).unwrap();
-        done(&folder, &["study", "s.toml", "--trials", "3", "--method", method, "-o", &file]);
+        done(&folder, &["sim", "study", "s.toml", "--trials", "3", "--method", method, "-o", &file]);
         assert!(bytes(&folder, &file) == whole);
     }
-    refused(&folder, &["study", "s.toml", "--trials", "3", "--method", "tracker", "-o", "both.csv"], "which is not");
-    refused(&folder, &["merge", "trical.csv", "tracker.csv"], "merge the shards of one study");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "3", "--method", "tracker", "-o", "both.csv"], "which is not");
+    refused(&folder, &["sim", "merge", "trical.csv", "tracker.csv"], "merge the shards of one study");
 }
 
 #[test]
 fn shards_of_any_size_merge_to_the_bytes_of_one_run() {
     let folder = study();
-    done(&folder, &["study", "s.toml", "--trials", "6", "--first", "2", "-o", "whole.csv"]);
+    done(&folder, &["sim", "study", "s.toml", "--trials", "6", "--first", "2", "-o", "whole.csv"]);
     for (first, trials) in [("2", "3"), ("5", "1"), ("6", "2")] {
-        done(&folder, &["study", "s.toml", "--trials", trials, "--first", first, "-o", &format!("{first}.csv")]);
+        done(&folder, &["sim", "study", "s.toml", "--trials", trials, "--first", first, "-o", &format!("{first}.csv")]);
     }
     let told: Value =
-        serde_json::from_slice(&done(&folder, &["merge", "6.csv", "2.csv", "5.csv", "-o", "merged.csv", "--json"])).unwrap();
+        serde_json::from_slice(&done(&folder, &["sim", "merge", "6.csv", "2.csv", "5.csv", "-o", "merged.csv", "--json"]))
+            .unwrap();
     assert!(bytes(&folder, "merged.csv") == bytes(&folder, "whole.csv"));
     assert_eq!((told["first"].as_u64(), told["trials"].as_u64()), (Some(2), Some(6)));
     // The summary of the shards is that of the whole.
-    let mut whole: Value = serde_json::from_slice(&done(&folder, &["merge", "whole.csv", "--json"])).unwrap();
+    let mut whole: Value = serde_json::from_slice(&done(&folder, &["sim", "merge", "whole.csv", "--json"])).unwrap();
     assert_eq!(whole, told);
     let run: Value =
-        serde_json::from_slice(&done(&folder, &["study", "s.toml", "--trials", "6", "--first", "2", "--json"])).unwrap();
+        serde_json::from_slice(&done(&folder, &["sim", "study", "s.toml", "--trials", "6", "--first", "2", "--json"])).unwrap();
     // Keys that the rows do not contain.
     for key in ["trials_per_second", "question"] {
         whole[key] = run[key].clone();
     }
     assert_eq!(whole, run);
 
-    refused(&folder, &["merge", "2.csv", "6.csv", "-o", "no.csv"], "trials 5 to 5 are in no shard");
-    refused(&folder, &["merge", "2.csv", "whole.csv", "-o", "no.csv"], "which");
-    done(&folder, &["study", "s.toml", "--trials", "1", "--first", "8", "--seed", "2", "-o", "other.csv"]);
-    refused(&folder, &["merge", "whole.csv", "other.csv", "-o", "no.csv"], "merge the shards of one study");
-    refused(&folder, &["merge", "s.toml"], "is not a table");
+    refused(&folder, &["sim", "merge", "2.csv", "6.csv", "-o", "no.csv"], "trials 5 to 5 are in no shard");
+    refused(&folder, &["sim", "merge", "2.csv", "whole.csv", "-o", "no.csv"], "which");
+    done(&folder, &["sim", "study", "s.toml", "--trials", "1", "--first", "8", "--seed", "2", "-o", "other.csv"]);
+    refused(&folder, &["sim", "merge", "whole.csv", "other.csv", "-o", "no.csv"], "merge the shards of one study");
+    refused(&folder, &["sim", "merge", "s.toml"], "is not a table");
     assert!(!folder.path().join("no.csv").exists());
 }
 
 #[test]
 fn a_study_that_was_cut_goes_on_wherever_it_was() {
     let folder = study();
-    let arguments = ["study", "s.toml", "--trials", "4", "-o", "cut.csv"];
-    done(&folder, &["study", "s.toml", "--trials", "4", "-o", "whole.csv"]);
+    let arguments = ["sim", "study", "s.toml", "--trials", "4", "-o", "cut.csv"];
+    done(&folder, &["sim", "study", "s.toml", "--trials", "4", "-o", "whole.csv"]);
     let whole = bytes(&folder, "whole.csv");
     let lines: Vec<usize> = (0..whole.len()).filter(|&k| whole[k] == b'\n').collect();
     let without_its_speed = |told: &[u8]| {
@@ -135,34 +136,38 @@ fn a_study_that_was_cut_goes_on_wherever_it_was() {
         told["trials_per_second"] = Value::Null;
         told
     };
-    let in_one_go = without_its_speed(&done(&folder, &["study", "s.toml", "--trials", "4", "--json"]));
+    let in_one_go = without_its_speed(&done(&folder, &["sim", "study", "s.toml", "--trials", "4", "--json"]));
     // Within the header; after it; within a row; within a trial, between two rows; after a complete trial; after everything.
     for end in [20, lines[0] + 1, lines[3] - 5, lines[8] + 1, lines[6] + 1, whole.len() - 1, whole.len()] {
         fs::write(folder.path().join("cut.csv"), &whole[..end]).unwrap();
-        let told = done(&folder, &["study", "s.toml", "--trials", "4", "-o", "cut.csv", "--json"]);
+        let told = done(&folder, &["sim", "study", "s.toml", "--trials", "4", "-o", "cut.csv", "--json"]);
         assert!(bytes(&folder, "cut.csv") == whole, "cut at byte {end}");
         assert_eq!(without_its_speed(&told), in_one_go, "what is told does not depend on where it was cut");
     }
     // More trials are appended to the existing ones.
-    done(&folder, &["study", "s.toml", "--trials", "5", "-o", "cut.csv"]);
+    done(&folder, &["sim", "study", "s.toml", "--trials", "5", "-o", "cut.csv"]);
     assert!(bytes(&folder, "cut.csv").starts_with(&whole));
     let as_it_is = bytes(&folder, "cut.csv");
 
     // Mismatches are refused, and the file stays unchanged.
     refused(&folder, &arguments, "contains more than 4 trials");
-    refused(&folder, &["study", "s.toml", "--trials", "9", "--first", "1", "-o", "cut.csv"], "begins with trial 0, not 1");
-    refused(&folder, &["study", "s.toml", "--trials", "9", "--seed", "7", "-o", "cut.csv"], "contains trials of quick-");
+    refused(
+        &folder,
+        &["sim", "study", "s.toml", "--trials", "9", "--first", "1", "-o", "cut.csv"],
+        "begins with trial 0, not 1",
+    );
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "9", "--seed", "7", "-o", "cut.csv"], "contains trials of quick-");
     let path = folder.path().join("s.toml");
     fs::write(&path, fs::read_to_string(&path).unwrap().replace("100.0", "101.0")).unwrap();
-    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "cut.csv"], "as it is now");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "9", "-o", "cut.csv"], "as it is now");
     assert!(bytes(&folder, "cut.csv") == as_it_is);
-    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "s.toml"], "is read by this command");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "9", "-o", "s.toml"], "is read by this command");
     fs::write(folder.path().join("letter"), "mine\n").unwrap();
-    refused(&folder, &["study", "s.toml", "--trials", "9", "-o", "letter"], "is not a table");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "9", "-o", "letter"], "is not a table");
     // A row changed by hand is detected.
     fs::write(folder.path().join("edited.csv"), String::from_utf8(whole).unwrap().replacen(",tracker,", ",trical,", 1))
         .unwrap();
-    refused(&folder, &["merge", "edited.csv"], "edited.csv:3: trial: is not the row that must follow");
+    refused(&folder, &["sim", "merge", "edited.csv"], "edited.csv:3: trial: is not the row that must follow");
 }
 
 #[test]
@@ -172,18 +177,18 @@ fn a_shard_that_was_cut_within_a_row_is_refused_there_and_goes_on() {
     let one_point = fs::read_to_string(&path).unwrap().split("[sweep]").next().unwrap().to_owned();
     fs::write(&path, one_point).unwrap();
     // One row a trial: without the cut row the trials that are left are whole.
-    let arguments = ["study", "s.toml", "--trials", "3", "--method", "trical", "-o", "cut.csv"];
+    let arguments = ["sim", "study", "s.toml", "--trials", "3", "--method", "trical", "-o", "cut.csv"];
     done(&folder, &arguments);
     let whole = bytes(&folder, "cut.csv");
     for cut in [1, 50] {
         fs::write(folder.path().join("cut.csv"), &whole[..whole.len() - cut]).unwrap();
         let says = "cut.csv:4: was cut in trial 2; give the command that wrote it again";
-        refused(&folder, &["merge", "cut.csv", "-o", "merged.csv"], says);
+        refused(&folder, &["sim", "merge", "cut.csv", "-o", "merged.csv"], says);
         assert!(!folder.path().join("merged.csv").exists());
         done(&folder, &arguments);
         assert!(bytes(&folder, "cut.csv") == whole);
     }
-    done(&folder, &["merge", "cut.csv", "-o", "merged.csv"]);
+    done(&folder, &["sim", "merge", "cut.csv", "-o", "merged.csv"]);
     assert!(bytes(&folder, "merged.csv") == whole);
 }
 
@@ -193,10 +198,10 @@ fn trials_out_of_range_are_refused_by_their_option() {
     let first = u64::MAX.to_string();
     refused(
         &folder,
-        &["study", "s.toml", "--trials", "2", "--first", &first],
+        &["sim", "study", "s.toml", "--trials", "2", "--first", &first],
         "--first: is out of range; with --trials 2 give",
     );
-    refused(&folder, &["study", "s.toml", "--trials", "0"], "--trials: is out of range; give a number from 1");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "0"], "--trials: is out of range; give a number from 1");
 }
 
 #[test]
@@ -205,7 +210,7 @@ fn the_parquet_file_holds_the_rows() {
     use parquet::record::Field;
 
     let folder = study();
-    done(&folder, &["study", "s.toml", "--trials", "3", "-o", "t.csv", "--parquet", "t.parquet"]);
+    done(&folder, &["sim", "study", "s.toml", "--trials", "3", "-o", "t.csv", "--parquet", "t.parquet"]);
     let mut table = csv::Reader::from_path(folder.path().join("t.csv")).unwrap();
     let header = table.headers().unwrap().clone();
     let reader = SerializedFileReader::new(fs::File::open(folder.path().join("t.parquet")).unwrap()).unwrap();
@@ -230,14 +235,14 @@ fn the_parquet_file_holds_the_rows() {
 #[test]
 fn a_diagnosed_study_says_what_every_trial_would_have_been_told() {
     let folder = study();
-    let told = done(&folder, &["study", "s.toml", "--trials", "2", "--diagnose", "-o", "d.csv", "--json"]);
+    let told = done(&folder, &["sim", "study", "s.toml", "--trials", "2", "--diagnose", "-o", "d.csv", "--json"]);
     let told: Value = serde_json::from_slice(&told).unwrap();
     let verdicts = told["points"][0]["methods"][0]["verdicts"].as_object().unwrap();
     assert_eq!(verdicts.values().filter_map(Value::as_u64).sum::<u64>(), 2, "{verdicts:?}");
     let text = String::from_utf8(bytes(&folder, "d.csv")).unwrap();
     assert!(text.lines().next().unwrap().contains(",cell_s,verdict,finding,z_"));
     // The options are part of the study's identity: rows with others are not mixed in.
-    refused(&folder, &["study", "s.toml", "--trials", "3", "-o", "d.csv"], "contains trials of");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "3", "-o", "d.csv"], "contains trials of");
 }
 
 /// A table of 100,000 trials, 100 MB, is continued and summarised in a fraction of that memory: keeping the rows would show.
@@ -254,7 +259,7 @@ fn memory_does_not_grow_with_the_trials() {
     let path = folder.path().join("s.toml");
     let one_point = fs::read_to_string(&path).unwrap().split("[sweep]").next().unwrap().to_owned();
     fs::write(&path, one_point).unwrap();
-    done(&folder, &["study", "s.toml", "--trials", "1", "-o", "one.csv"]);
+    done(&folder, &["sim", "study", "s.toml", "--trials", "1", "-o", "one.csv"]);
     let one = String::from_utf8(bytes(&folder, "one.csv")).unwrap();
     let (header, rows) = one.split_once('\n').unwrap();
     let mut table = std::io::BufWriter::new(fs::File::create(folder.path().join("many.csv")).unwrap());
@@ -268,8 +273,8 @@ fn memory_does_not_grow_with_the_trials() {
     assert!(fs::metadata(folder.path().join("many.csv")).unwrap().len() > 80_000_000);
     let more = (TRIALS + 1).to_string();
     for arguments in [
-        vec!["study", "s.toml", "--trials", &more, "-o", "many.csv", "--parquet", "many.parquet"],
-        vec!["merge", "many.csv", "-o", "again.csv"],
+        vec!["sim", "study", "s.toml", "--trials", &more, "-o", "many.csv", "--parquet", "many.parquet"],
+        vec!["sim", "merge", "many.csv", "-o", "again.csv"],
     ] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_calibench"))
             .current_dir(&folder)
@@ -287,7 +292,7 @@ fn memory_does_not_grow_with_the_trials() {
             }
             std::thread::sleep(std::time::Duration::from_millis(20));
         };
-        println!("{}: {} MB at most", arguments[0], peak_kb >> 10);
+        println!("{}: {} MB at most", arguments[..2].join(" "), peak_kb >> 10);
         assert!(status.success() && peak_kb > 0 && peak_kb >> 10 < MOST_MB, "{arguments:?}: {peak_kb} kB");
     }
     assert!(bytes(&folder, "again.csv") == bytes(&folder, "many.csv"));
@@ -305,14 +310,15 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     let text = ROBOTS.replace("CELL", &scenario("table8.toml").replace('\\', "/"));
     fs::write(folder.path().join("robots.toml"), text).unwrap();
     let of = |more: &[&str]| {
-        let base = ["study", "robots.toml", "--method", "trical", "--rare", "0.99"];
+        let base = ["sim", "study", "robots.toml", "--method", "trical", "--rare", "0.99"];
         done(&folder, &[&base, more].concat())
     };
     let told: Value = serde_json::from_slice(&of(&["--trials", "60", "-o", "whole.csv", "--json"])).unwrap();
     of(&["--trials", "25", "-o", "first.csv"]);
     of(&["--first", "25", "--trials", "35", "-o", "second.csv"]);
     let merged: Value =
-        serde_json::from_slice(&done(&folder, &["merge", "second.csv", "first.csv", "-o", "merged.csv", "--json"])).unwrap();
+        serde_json::from_slice(&done(&folder, &["sim", "merge", "second.csv", "first.csv", "-o", "merged.csv", "--json"]))
+            .unwrap();
     let whole = bytes(&folder, "whole.csv");
     assert!(bytes(&folder, "merged.csv") == whole);
     assert_eq!(merged["methods"], told["methods"]);
@@ -338,11 +344,11 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     assert!(told["methods"][0].get("coverage").is_none(), "counts of weighted trials are no shares");
 
     // Other robots, another study.
-    done(&folder, &["study", "robots.toml", "--method", "trical", "--trials", "60", "-o", "plain.csv"]);
-    refused(&folder, &["merge", "plain.csv", "first.csv"], "merge the shards of one study");
-    let rare = |more: &[&'static str]| [&["study", "robots.toml", "--trials", "3", "--rare", "0.99"], more].concat();
+    done(&folder, &["sim", "study", "robots.toml", "--method", "trical", "--trials", "60", "-o", "plain.csv"]);
+    refused(&folder, &["sim", "merge", "plain.csv", "first.csv"], "merge the shards of one study");
+    let rare = |more: &[&'static str]| [&["sim", "study", "robots.toml", "--trials", "3", "--rare", "0.99"], more].concat();
     refused(&folder, &rare(&["--diagnose"]), "leave out --diagnose");
     refused(&folder, &rare(&["--report", "page.html"]), "leave out --rare");
-    refused(&folder, &["merge", "first.csv", "--report", "page.html"], "these are of rare robots");
-    refused(&folder, &["study", "s.toml", "--trials", "3", "--rare", "0.99"], "samples no error of the robot");
+    refused(&folder, &["sim", "merge", "first.csv", "--report", "page.html"], "these are of rare robots");
+    refused(&folder, &["sim", "study", "s.toml", "--trials", "3", "--rare", "0.99"], "samples no error of the robot");
 }

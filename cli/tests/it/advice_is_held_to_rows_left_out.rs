@@ -1,4 +1,4 @@
-//! `prove` divides measurements, and keeps every division as rows for comparison with other regressors: the error of the
+//! `effects prove` divides measurements, and keeps every division as rows for comparison with other regressors: the error of the
 //! default model in such a file is the error stated by the proof.
 
 use crate::oracles;
@@ -14,9 +14,10 @@ const NANOMETRE: f64 = 1e-6;
 /// Largest distance of balls from the mean of their rows, mm, caused by known distances between them.
 const HELD: f64 = 0.01;
 
-/// Runs `prove` with `--rows`, checks every file against its proof, and counts the proofs of each kind of division.
+/// Runs `effects prove` with `--rows`, checks every file against its proof, and counts the proofs of each kind of division.
 fn proved(folder: &Path, arguments: &[&str]) -> BTreeMap<String, usize> {
-    let v: Value = serde_json::from_str(&done(folder, &[&["prove", "--json", "--rows", "rows"], arguments].concat())).unwrap();
+    let v: Value =
+        serde_json::from_str(&done(folder, &[&["effects", "prove", "--json", "--rows", "rows"], arguments].concat())).unwrap();
     let mut kinds = BTreeMap::new();
     let mut files = BTreeSet::new();
     for proof in v["proofs"].as_array().unwrap() {
@@ -73,10 +74,10 @@ fn rows_of_postures_blocks_and_campaigns_leave_what_the_proof_says() {
     let rows = Rows::read(&folder.path().join("rows/tracker-robot-of-trical.csv"));
     assert_eq!((rows.of("fitted").count(), rows.of("judged").count()), (80, 30), "fifty poses tell where the robot stands");
     assert!(rows.0.iter().all(|row| row["free_ball"].is_empty()), "the balls are certified");
-    let output = calibench(folder.path(), &["prove", "run/tracker", "--folds", "0"]);
+    let output = calibench(folder.path(), &["effects", "prove", "run/tracker", "--folds", "0"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("nothing to divide"), "{said}");
-    let output = calibench(folder.path(), &["prove", "run/tracker", "--folds", "0", "--short", "5", "--draws", "1"]);
+    let output = calibench(folder.path(), &["effects", "prove", "run/tracker", "--folds", "0", "--short", "5", "--draws", "1"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("tracker, 5 postures, draw 1: 15 residuals"), "{said}");
 }

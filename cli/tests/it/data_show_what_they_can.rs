@@ -1,4 +1,4 @@
-//! `prove DATASET` injects every effect of the catalogue and tells the truth about what came of it.
+//! `effects prove DATASET` injects every effect of the catalogue and tells the truth about what came of it.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -26,7 +26,7 @@ fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
     let folder = run_of("table8.toml");
     let folder = folder.path();
 
-    let printed = done(folder, "2", &["prove", "run/trical", "--json", "--seed", "7", "-o", "page.html"]);
+    let printed = done(folder, "2", &["effects", "prove", "run/trical", "--json", "--seed", "7", "-o", "page.html"]);
     let found: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!(found["format"], "calibench-injections/1");
     let effects = found["effects"].as_array().unwrap();
@@ -51,8 +51,11 @@ fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
     assert_eq!(count(&found["named"])[0], effects.iter().filter(|e| e["named"] == true).count() as u64);
 
     // One family alone is the same as among all, on one thread as on two; the page says every effect and asks for nothing.
-    let alone =
-        done(folder, "1", &["prove", "run/trical", "--json", "--seed", "7", "--effect", "joint_scale", "--nothing", "0"]);
+    let alone = done(
+        folder,
+        "1",
+        &["effects", "prove", "run/trical", "--json", "--seed", "7", "--effect", "joint_scale", "--nothing", "0"],
+    );
     let alone: Value = serde_json::from_str(&alone).unwrap();
     let among: Vec<&Value> = effects.iter().filter(|e| e["effect"].as_str().unwrap().starts_with("joint_scale:")).collect();
     assert_eq!(alone["effects"].as_array().unwrap().iter().collect::<Vec<_>>(), among);
@@ -65,7 +68,8 @@ fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
     // Beside all that a crippled model lacks, less is seen.
     std::fs::write(folder.join("geometry.toml"), "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
     let beside = ["--model", "geometry.toml", "--noise", "residual", "--nothing", "0", "--effect", "joint_scale", "--json"];
-    let beside: Value = serde_json::from_str(&done(folder, "2", &[&["prove", "run/trical"], &beside[..]].concat())).unwrap();
+    let beside: Value =
+        serde_json::from_str(&done(folder, "2", &[&["effects", "prove", "run/trical"], &beside[..]].concat())).unwrap();
     assert_eq!(beside["noise"]["source"], "residual");
     let named = among.iter().filter(|e| e["named"] == true).count() as u64;
     assert!(count(&beside["named"])[0] < named, "{} of {named}", beside["named"]);
@@ -75,9 +79,9 @@ fn effects_that_the_data_see_are_named_and_sized_and_nothing_is_no_effect() {
 fn a_mistaken_question_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, says) in [
-        (&["prove", "nothing-here"][..], "nothing-here/dataset.toml"),
-        (&["prove", "x", "--folds", "3", "--noise", "residual"], "--noise"),
-        (&["prove", "x", "-o", "."], "is a directory"),
+        (&["effects", "prove", "nothing-here"][..], "nothing-here/dataset.toml"),
+        (&["effects", "prove", "x", "--folds", "3", "--noise", "residual"], "--noise"),
+        (&["effects", "prove", "x", "-o", "."], "is a directory"),
     ] {
         let output = calibench(folder.path(), "2", arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -44,7 +44,7 @@ fn every_verb_prints_a_document_of_its_type() {
     is_a::<Diagnosis>("diagnose", &run("diagnose trical --json"));
     is_a::<Step>("add", &run("add harmonic2:3 trical --json"));
     is_a::<Ladder>("ladder", &run("ladder trical --json"));
-    is_a::<Next>("next", &run("next trical --json -o plan.toml"));
+    is_a::<Next>("next", &run("plan next trical --json -o plan.toml"));
     fs::write(
         folder.path().join("t.csv"),
         "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,420,60,400,170,10,175\nfar,4500,60,400,170,10,175\n",

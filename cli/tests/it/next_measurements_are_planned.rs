@@ -1,4 +1,4 @@
-//! `next` plans measurements that the cell then makes, the same on any number of threads, and rejects a cell other than the
+//! `plan next` plans measurements that the cell then makes, the same on any number of threads, and rejects a cell other than the
 //! data's.
 
 use std::path::Path;
@@ -42,7 +42,7 @@ fn the_plan_of_next_is_measured() {
     std::fs::write(folder.path().join("cell.toml"), &text).unwrap();
     done(&calibench(folder.path(), &["measure", "cell.toml", "-o", "data"], "2"));
 
-    let next = ["next", "data", "--scenario", "cell.toml", "-o", "next.toml", "--json"];
+    let next = ["plan", "next", "data", "--scenario", "cell.toml", "-o", "next.toml", "--json"];
     let told = done(&calibench(folder.path(), &next, "2"));
     let plan = std::fs::read(folder.path().join("next.toml")).unwrap();
     let again = done(&calibench(folder.path(), &next, "1"));
@@ -73,7 +73,7 @@ fn the_plan_of_next_is_measured() {
 
     let other = format!("{text}\n[[ball]]\nid = \"1\"\nx_mm = -70.0\ny_mm = -330.0\nz_mm = 17.0\noutward = [0.0, 0.0, 1.0]\n");
     std::fs::write(folder.path().join("other.toml"), other).unwrap();
-    let refused = calibench(folder.path(), &["next", "data", "--scenario", "other.toml"], "2");
+    let refused = calibench(folder.path(), &["plan", "next", "data", "--scenario", "other.toml"], "2");
     let why = String::from_utf8(refused.stderr).unwrap();
     assert!(refused.status.code() == Some(2) && why.contains("not those of the dataset"), "{why}");
 }

@@ -79,7 +79,7 @@ fn refused(folder: &Path, line: &str, output: &str, says: &str) {
 #[test]
 fn an_output_that_is_read_is_refused() {
     let folder = desk();
-    let check = "check calibration.toml --then then";
+    let check = "keep check calibration.toml --then then";
     let on = "--on 2025-12-01";
     for (line, output) in [
         (format!("{check} day1 --history history.toml {on} --page calibration.toml"), "--page calibration.toml"),
@@ -97,13 +97,13 @@ fn an_output_that_is_read_is_refused() {
         ("identify day1 -o arm.toml", "-o arm.toml"),
         ("identify day1 --model model.toml -o ./model.toml", "-o ./model.toml"),
         ("identify day1 --fleet fleet.toml -o day1/../fleet.toml", "-o day1/../fleet.toml"),
-        ("runs day1 then -o day1/samples.csv", "-o day1/samples.csv"),
-        ("fleet calibration.toml fleet.toml -o fleet.toml", "-o fleet.toml"),
+        ("keep runs day1 then -o day1/samples.csv", "-o day1/samples.csv"),
+        ("keep fleet calibration.toml fleet.toml -o fleet.toml", "-o fleet.toml"),
         ("add mdh day1 --model model.toml -o model.toml", "-o model.toml"),
         ("ladder day1 --model model.toml -o model.toml", "-o model.toml"),
         ("ladder day1 --check then -o then/dataset.toml", "-o then/dataset.toml"),
-        ("next day1 --scenario s.toml -o s.toml", "-o s.toml"),
-        ("prove day1 -o day1/samples.csv", "-o day1/samples.csv"),
+        ("plan next day1 --scenario s.toml -o s.toml", "-o s.toml"),
+        ("effects prove day1 -o day1/samples.csv", "-o day1/samples.csv"),
         ("report run -o run/trical.toml", "-o run/trical.toml"),
         ("report run -o run/trical/samples.csv", "-o run/trical/samples.csv"),
         ("report day1 --against model.toml -o model.toml", "-o model.toml"),
@@ -119,13 +119,13 @@ fn an_output_that_is_read_is_refused() {
         ("plan cell.toml -o scene.toml", "-o scene.toml"),
         ("measure s.toml --plan plan.toml -o plan.toml", "-o plan.toml"),
         ("run s.toml --out s.toml", "-o s.toml"),
-        ("study s.toml --trials 3 -o s.toml", "-o s.toml"),
-        ("study s.toml --trials 3 -o x.csv --report base.toml", "--report base.toml"),
-        ("study s.toml --trials 3 -o x.csv --parquet arm.toml", "--parquet arm.toml"),
-        ("merge a.csv b.csv -o a.csv", "-o a.csv"),
-        ("merge a.csv b.csv --report b.csv", "--report b.csv"),
-        ("design s.toml -o base.toml", "-o base.toml"),
-        ("suite s.toml -o s.toml", "-o s.toml"),
+        ("sim study s.toml --trials 3 -o s.toml", "-o s.toml"),
+        ("sim study s.toml --trials 3 -o x.csv --report base.toml", "--report base.toml"),
+        ("sim study s.toml --trials 3 -o x.csv --parquet arm.toml", "--parquet arm.toml"),
+        ("sim merge a.csv b.csv -o a.csv", "-o a.csv"),
+        ("sim merge a.csv b.csv --report b.csv", "--report b.csv"),
+        ("sim design s.toml -o base.toml", "-o base.toml"),
+        ("sim suite s.toml -o s.toml", "-o s.toml"),
         ("import guess a.csv --robot ur5 -o a.csv", "-o a.csv"),
         ("import generic a.csv --map map.toml -o map.toml", "-o map.toml"),
     ] {
@@ -135,9 +135,9 @@ fn an_output_that_is_read_is_refused() {
     for (line, output) in [
         ("import generic a.csv --map map.toml --set-up-of day1 -o day1", "-o day1"),
         ("import generic day1/samples.csv --map map.toml -o day1", "-o day1"),
-        ("check calibration.toml --then then --cell cell.toml --plan plan.toml -o then", "-o then"),
+        ("keep check calibration.toml --then then --cell cell.toml --plan plan.toml -o then", "-o then"),
         ("compare calibration.toml day1 --plots day1", "--plots day1"),
-        ("gallery day1 -o day1", "-o day1"),
+        ("effects gallery day1 -o day1", "-o day1"),
     ] {
         refused(folder.path(), line, output, FOLDER);
     }
@@ -147,12 +147,12 @@ fn an_output_that_is_read_is_refused() {
 fn two_outputs_are_two_files() {
     let folder = desk();
     for (line, outputs) in [
-        ("study s.toml --trials 3 -o x.csv --report x.csv", "-o x.csv and --report x.csv"),
-        ("study s.toml --trials 3 -o new/x.csv --parquet new/../new/x.csv", "-o new/x.csv and --parquet new/../new/x.csv"),
-        ("design s.toml -o d.toml --report d.toml", "-o d.toml and --report d.toml"),
+        ("sim study s.toml --trials 3 -o x.csv --report x.csv", "-o x.csv and --report x.csv"),
+        ("sim study s.toml --trials 3 -o new/x.csv --parquet new/../new/x.csv", "-o new/x.csv and --parquet new/../new/x.csv"),
+        ("sim design s.toml -o d.toml --report d.toml", "-o d.toml and --report d.toml"),
         ("compensate calibration.toml --urdf d.urdf --mdh d.urdf", "--urdf d.urdf and --mdh d.urdf"),
         (
-            "check calibration.toml day1 --then then --history h.toml --on 2025-12-01 --page h.toml",
+            "keep check calibration.toml day1 --then then --history h.toml --on 2025-12-01 --page h.toml",
             "--history h.toml and --page h.toml",
         ),
     ] {
@@ -175,7 +175,7 @@ fn links_are_no_other_names() {
         ("identify day1 --model again.toml -o model.toml", "-o model.toml", READ),
         ("identify now -o then/samples.csv", "-o then/samples.csv", READ),
         ("identify then -o now/robot.toml", "-o now/robot.toml", READ),
-        ("design s.toml -o new.toml --report later.toml", "-o new.toml and --report later.toml", ONE),
+        ("sim design s.toml -o new.toml --report later.toml", "-o new.toml and --report later.toml", ONE),
     ] {
         refused(folder.path(), line, output, says);
     }
@@ -191,18 +191,18 @@ fn outputs_beside_the_inputs_and_updates_in_place_go_on() {
         "identify run/trical -o run/trical.toml",
         "report run -o run/report.html",
         "report then -o then/report.html",
-        "prove then --folds 2 --rows then",
+        "effects prove then --folds 2 --rows then",
         "workbench then --save-to then",
         "add mdh then --model model.toml",
-        "check calibration.toml day1 --then then --history history.toml --on 2025-12-01",
+        "keep check calibration.toml day1 --then then --history history.toml --on 2025-12-01",
         "measure s.toml --plan plan.toml -o campaign --resume",
-        "study s.toml --trials 1 -o a.csv",
+        "sim study s.toml --trials 1 -o a.csv",
         "import generic a.csv --map map.toml -o then",
         "import generic a.csv --map map.toml --set-up-of day1 -o then",
-        "merge a.csv -o - --report page.html",
+        "sim merge a.csv -o - --report page.html",
     ];
     if cfg!(unix) {
-        lines.push("study s.toml --trials 1 -o /dev/null --report /dev/null");
+        lines.push("sim study s.toml --trials 1 -o /dev/null --report /dev/null");
     }
     for line in lines {
         let (code, error) = told(folder.path(), line);

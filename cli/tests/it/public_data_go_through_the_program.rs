@@ -77,10 +77,10 @@ fn rows_measured_again_take_the_set_up_of_the_campaign() {
     // A base and a tool found from these rows are not those of the campaign.
     let (own, same) = (folder.join("own"), folder.join("same"));
     done(&[&"import", &"generic", &table, &"--map", &map, &"-o", &own]);
-    let (code, _, err) = calibench(&[&"check", &calibration, &own, &"--then", &then]);
+    let (code, _, err) = calibench(&[&"keep", &"check", &calibration, &own, &"--then", &then]);
     assert!(code == Some(2) && err.contains("import --set-up-of"), "{err}");
     done(&[&"import", &"generic", &table, &"--map", &map, &"--set-up-of", &then, &"-o", &same]);
-    assert_eq!(json(&[&"check", &calibration, &same, &"--then", &then, &"--json"])["verdict"], "valid");
+    assert_eq!(json(&[&"keep", &"check", &calibration, &same, &"--then", &then, &"--json"])["verdict"], "valid");
     // A base that is stated is not silently replaced.
     let placed = folder.join("placed.toml");
     let base = "\n[dataset.base]\nx_mm = 0\ny_mm = 0\nz_mm = 10\n";

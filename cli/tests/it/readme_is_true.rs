@@ -145,8 +145,16 @@ fn numbers_are_compared_to_their_last_place() {
     assert!(same_as_printed("mean 0.326", "max 0.326").is_err());
 }
 
-/// Rows of the table of verbs: the words in the first cell, and the whole row.
-fn verb_rows() -> Vec<(Vec<String>, String)> {
+/// A row of the table of verbs.
+struct VerbRow {
+    /// The verb, with the group that it is in.
+    verb: String,
+    /// The arguments that it takes.
+    arguments: Vec<String>,
+    row: String,
+}
+
+fn verb_rows() -> Vec<VerbRow> {
     let text = read(VERBS);
     text.lines()
         .skip_while(|line| !line.starts_with("| verb |"))
@@ -154,41 +162,61 @@ fn verb_rows() -> Vec<(Vec<String>, String)> {
         .take_while(|line| line.starts_with("| `"))
         .map(|row| {
             let first = row.split('`').nth(1).unwrap_or_default();
-            (first.split_whitespace().map(str::to_owned).collect(), row.to_owned())
+            let (verb, arguments): (Vec<&str>, Vec<&str>) =
+                first.split_whitespace().partition(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
+            let arguments = arguments.into_iter().map(str::to_owned).collect();
+            VerbRow { verb: verb.join(" "), arguments, row: row.to_owned() }
         })
         .collect()
 }
 
-#[test]
-fn its_verbs_are_those_of_the_program() {
-    // Under the heading of each stage, a verb begins two columns in.
-    let listed: BTreeSet<String> = help(&["--help"])
-        .lines()
+/// The help of a verb, named with the group that it is in.
+fn help_of(verb: &str) -> String {
+    let words: Vec<&str> = verb.split(' ').chain(["--help"]).collect();
+    help(&words)
+}
+
+/// The verbs that a help lists, under its headings and before its options: each begins two columns in.
+fn listed(help: &str) -> Vec<String> {
+    help.lines()
         .take_while(|line| *line != "Options:")
         .filter_map(|line| line.strip_prefix("  "))
         .filter(|line| !line.starts_with(' '))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|verb| *verb != "help")
         .map(str::to_owned)
-        .collect();
+        .collect()
+}
+
+/// Groups: what is in them are verbs.
+const GROUPS: [&str; 4] = ["cell", "effects", "keep", "sim"];
+
+#[test]
+fn its_verbs_are_those_of_the_program() {
+    let of_groups = GROUPS.into_iter().chain(["plan"]).flat_map(|group| {
+        let inner = listed(help_of(group).split("Commands:").nth(1).unwrap_or_default());
+        inner.into_iter().filter(|verb| verb.starts_with(char::is_alphabetic)).map(move |verb| format!("{group} {verb}"))
+    });
+    let at_the_top = listed(&help(&["--help"])).into_iter().filter(|verb| !GROUPS.contains(&verb.as_str()));
+    let known: BTreeSet<String> = at_the_top.chain(of_groups).collect();
     let rows = verb_rows();
-    let told: BTreeSet<String> = rows.iter().map(|(words, _)| words[0].clone()).collect();
-    assert_eq!(told, listed, "verbs of the page (left) and of the program (right)");
-    for (words, row) in &rows {
-        let help = help(&[&words[0], "--help"]);
+    let told: BTreeSet<String> = rows.iter().map(|row| row.verb.clone()).collect();
+    assert_eq!(told, known, "verbs of the page (left) and of the program (right)");
+    for VerbRow { verb, arguments, row } in &rows {
+        let help = help_of(verb);
         let usage = help.lines().find(|line| line.starts_with("Usage:")).unwrap_or_default();
-        for argument in &words[1..] {
+        for argument in arguments {
             let name = argument.trim_end_matches("...").trim_end_matches('S');
             let taken = ["<", "["].iter().any(|open| usage.contains(&format!("{open}{name}")));
-            assert!(taken, "{VERBS}: `{}` takes no {name}; {usage}", words[0]);
+            assert!(taken, "{VERBS}: `{verb}` takes no {name}; {usage}");
         }
         for flag in row.split('`').filter(|quoted| quoted.starts_with("--")) {
-            assert!(help.contains(flag), "{VERBS}: `{}` has no {flag}", words[0]);
+            assert!(help.contains(flag), "{VERBS}: `{verb}` has no {flag}");
         }
     }
     for line in read(VERBS).lines().filter(|line| line.starts_with("`--json` on ")) {
         for verb in line.split(" prints").next().unwrap_or_default().split('`').skip(3).step_by(2) {
-            assert!(help(&[verb, "--help"]).contains("--json"), "{VERBS}: `{verb}` has no --json");
+            assert!(help_of(verb).contains("--json"), "{VERBS}: `{verb}` has no --json");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `calibench repeatability` finds the properties of the simulated robot: its repeatability and the lost motion of its joints
+//! `calibench cell repeatability` finds the properties of the simulated robot: its repeatability and the lost motion of its joints
 //! lie in their intervals as often as stated, for a perfect robot only the gauge's noise remains, and bad input is one clear
 //! error.
 
@@ -137,7 +137,8 @@ fn of_a_perfect_robot_the_gauge_is_left() {
 #[test]
 fn the_program_prints_one_document_and_the_same_bytes_again() {
     let (folder, _) = cell(&[], "");
-    let arguments = ["repeatability", "s.toml", "--ball", "3", "--ball", "1", "--returns", "5", "--reversals", "2", "--json"];
+    let arguments =
+        ["cell", "repeatability", "s.toml", "--ball", "3", "--ball", "1", "--returns", "5", "--reversals", "2", "--json"];
     let first = calibench(folder.path(), &arguments);
     assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
     let document: Value = serde_json::from_slice(&first.stdout).unwrap();
@@ -163,7 +164,7 @@ fn a_cell_on_its_wires_repeats_as_its_robot_does() {
     bench.write_cell(&served, "", "", "[guards]\njoint_margin_deg = 0.0");
     let arguments = ["--yes", "--ball", "1", "--ball", "3", "--reversals", "3", "--json"];
     let output = Command::new(env!("CARGO_BIN_EXE_calibench"))
-        .args(["repeatability", "--cell"])
+        .args(["cell", "repeatability", "--cell"])
         .arg(bench.path("cell.toml"))
         .arg("--plan")
         .arg(bench.path("plan.toml"))
@@ -185,7 +186,7 @@ fn a_cell_on_its_wires_repeats_as_its_robot_does() {
         assert!((both / 1.5..both * 1.5).contains(&rp), "{}: {rp} um for {both}", pose.id);
     }
     let refused = Command::new(env!("CARGO_BIN_EXE_calibench"))
-        .args(["repeatability", "scenarios/none.toml", "--cell", "cell.toml", "--plan", "plan.toml"])
+        .args(["cell", "repeatability", "scenarios/none.toml", "--cell", "cell.toml", "--plan", "plan.toml"])
         .output()
         .unwrap();
     assert_eq!(refused.status.code(), Some(2), "a scenario or a cell, not both");
@@ -204,7 +205,7 @@ fn bad_input_is_one_clear_error() {
         (&unreachable, &["--ball", "1"], ["kr6-trical.toml", "move the ball"]),
     ];
     for (folder, flags, told) in cases {
-        let output = calibench(folder.path(), &[&["repeatability", "s.toml"], flags].concat());
+        let output = calibench(folder.path(), &[&["cell", "repeatability", "s.toml"], flags].concat());
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{flags:?}: {error}");
         assert!(output.stdout.is_empty() && error.matches('\n').count() == 1, "{flags:?}: {error}");

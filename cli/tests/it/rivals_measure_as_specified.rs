@@ -159,12 +159,15 @@ fn off_centre_the_gauge_s_own_errors_count() {
 #[test]
 fn other_verbs_say_that_they_know_the_trical_alone() {
     let (folder, _) = cell("kind = \"seat\"", "");
-    for verb in ["run", "repeatability", "suite"] {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder.path()).args([verb, "s.toml"]).output().unwrap();
+    for verb in ["run", "cell repeatability", "sim suite"] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_calibench"));
+        let output = program.current_dir(folder.path()).args(verb.split(' ')).arg("s.toml").output().unwrap();
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{verb}: {error}");
-        assert!(error.contains("instrument.kind") && error.contains("s.toml:7") && error.contains("study"), "{verb}: {error}");
+        assert!(
+            error.contains("instrument.kind") && error.contains("s.toml:7") && error.contains("sim study"),
+            "{verb}: {error}"
+        );
     }
 }
 

@@ -1,4 +1,4 @@
-//! `runs` and `fleet` on public data: the campaigns of one UR10, and what is not a run of it.
+//! `keep runs` and `keep fleet` on public data: the campaigns of one UR10, and what is not a run of it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,8 +40,10 @@ fn campaigns() -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn campaigns_of_a_ur10_are_compared_and_refused() {
     let (_keep, folder) = campaigns();
-    let (code, out, err) =
-        calibench(&["runs", "A", "B", "D", "--dates", "2021-03-01,2021-02-01,2021-06-01", "--json", "-o", "now.toml"], &folder);
+    let (code, out, err) = calibench(
+        &["keep", "runs", "A", "B", "D", "--dates", "2021-03-01,2021-02-01,2021-06-01", "--json", "-o", "now.toml"],
+        &folder,
+    );
     assert!(code == Some(0) || code == Some(1), "{err}");
     assert!(err.contains("In the order of their dates: B, A, D"), "{err}");
     let document: Runs = serde_json::from_slice(&out).unwrap();
@@ -50,13 +52,13 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
     assert!(document.parameters.len() > 20);
     assert_eq!(folder.join("now.toml").is_file(), document.verdict != "not_one_geometry");
     for (arguments, said) in [
-        (vec!["runs", "A"], "there is one run only"),
-        (vec!["runs", "A", "A"], "there is one run only"),
-        (vec!["runs", "A", "B", "--dates", "2021-01-01"], "1 dates, and there are 2 runs"),
-        (vec!["runs", "A", "B", "--dates", "2021-13-01,2021-01-01"], "--dates"),
-        (vec!["runs", "A", "B", "--drift", "theta2=0.01"], "date of every run"),
-        (vec!["runs", "A", "B", "--drift", "theta2"], "theta2=0.01"),
-        (vec!["runs", "A", "B", "--drift", "elbow=1", "--dates", "2021-01-01,2021-02-01"], "no parameter 'elbow'"),
+        (vec!["keep", "runs", "A"], "there is one run only"),
+        (vec!["keep", "runs", "A", "A"], "there is one run only"),
+        (vec!["keep", "runs", "A", "B", "--dates", "2021-01-01"], "1 dates, and there are 2 runs"),
+        (vec!["keep", "runs", "A", "B", "--dates", "2021-13-01,2021-01-01"], "--dates"),
+        (vec!["keep", "runs", "A", "B", "--drift", "theta2=0.01"], "date of every run"),
+        (vec!["keep", "runs", "A", "B", "--drift", "theta2"], "theta2=0.01"),
+        (vec!["keep", "runs", "A", "B", "--drift", "elbow=1", "--dates", "2021-01-01,2021-02-01"], "no parameter 'elbow'"),
     ] {
         let (code, _, err) = calibench(&arguments, &folder);
         assert!(code == Some(2) && err.contains(said) && err.trim().lines().count() <= 3, "{arguments:?}: {err}");
@@ -66,18 +68,18 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
     fs::copy(folder.join("A/samples.csv"), folder.join("copy/samples.csv")).unwrap();
     let described = fs::read_to_string(folder.join("A/dataset.toml")).unwrap();
     fs::write(folder.join("copy/dataset.toml"), described.clone() + "\nagain = true\n").unwrap();
-    let (code, _, err) = calibench(&["runs", "A", "copy"], &folder);
+    let (code, _, err) = calibench(&["keep", "runs", "A", "copy"], &folder);
     assert!(code == Some(2) && err.contains("copy/samples.csv") && err.contains("are also in A"), "{err}");
     // Of a run of a few rows nothing can be said, and nothing is.
     fs::create_dir(folder.join("few")).unwrap();
     fs::copy(folder.join("B/dataset.toml"), folder.join("few/dataset.toml")).unwrap();
     let rows = fs::read_to_string(folder.join("B/samples.csv")).unwrap();
     fs::write(folder.join("few/samples.csv"), rows.lines().take(4).collect::<Vec<_>>().join("\n") + "\n").unwrap();
-    let (code, _, err) = calibench(&["runs", "A", "few"], &folder);
+    let (code, _, err) = calibench(&["keep", "runs", "A", "few"], &folder);
     assert!(code == Some(2) && err.contains("few/samples.csv") && err.contains("its 3 rows"), "{err}");
     // The verdict is the answer.
-    let (told, whole, _) = calibench(&["runs", "A", "B", "--no-prediction"], &folder);
-    let (code, quiet, _) = calibench(&["runs", "A", "B", "--no-prediction", "-q"], &folder);
+    let (told, whole, _) = calibench(&["keep", "runs", "A", "B", "--no-prediction"], &folder);
+    let (code, quiet, _) = calibench(&["keep", "runs", "A", "B", "--no-prediction", "-q"], &folder);
     let quiet = String::from_utf8(quiet).unwrap();
     assert!(code == told && quiet.contains("One geometry ") && quiet.len() < whole.len() / 2, "{quiet}");
     // Metres as millimetres.
@@ -93,12 +95,12 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
     let slipped: Vec<String> =
         text.lines().enumerate().map(|(k, l)| if k == 0 { l.to_owned() } else { in_metres(l) }).collect();
     fs::write(folder.join("B/samples.csv"), slipped.join("\n") + "\n").unwrap();
-    let (code, _, err) = calibench(&["runs", "A", "B", "D"], &folder);
+    let (code, _, err) = calibench(&["keep", "runs", "A", "B", "D"], &folder);
     assert!(code == Some(2) && err.contains("B/samples.csv"), "{err}");
     fs::write(folder.join("B/samples.csv"), text).unwrap();
     // A date that is none.
     fs::write(folder.join("A/dataset.toml"), described + "\ndate = \"last week\"\n").unwrap();
-    let (code, _, err) = calibench(&["runs", "A", "B"], &folder);
+    let (code, _, err) = calibench(&["keep", "runs", "A", "B"], &folder);
     assert!(code == Some(2) && err.contains("A/dataset.toml") && err.contains("provenance.date"), "{err}");
 }
 
@@ -122,7 +124,7 @@ fn a_heavier_payload_in_one_run_is_no_other_robot() {
         let (code, _, err) = calibench(&arguments, folder);
         assert_eq!(code, Some(0), "{arguments:?}: {err}");
     }
-    let (code, out, err) = calibench(&["runs", "then", "now", "--no-prediction"], folder);
+    let (code, out, err) = calibench(&["keep", "runs", "then", "now", "--no-prediction"], folder);
     let said = String::from_utf8(out).unwrap();
     assert_eq!(code, Some(0), "{said}{err}");
     assert!(said.contains("The payload of now differs from what was entered by +0."), "{said}");
@@ -133,10 +135,10 @@ fn a_heavier_payload_in_one_run_is_no_other_robot() {
     fs::write(folder.join("warmer.toml"), warmer).unwrap();
     let (code, _, err) = calibench(&["measure", "warmer.toml", "--plan", "plan.toml", "--visit", "1", "-o", "warm"], folder);
     assert_eq!(code, Some(0), "{err}");
-    let (_, out, _) = calibench(&["runs", "then", "warm", "--no-prediction", "-q"], folder);
+    let (_, out, _) = calibench(&["keep", "runs", "then", "warm", "--no-prediction", "-q"], folder);
     let out = String::from_utf8(out).unwrap();
     assert!(out.contains("temperatures of these runs differ by ") && !out.contains("another robot"), "{out}");
-    let (_, out, _) = calibench(&["runs", "then", "now", "--no-prediction", "--json"], folder);
+    let (_, out, _) = calibench(&["keep", "runs", "then", "now", "--no-prediction", "--json"], folder);
     let document: Runs = serde_json::from_slice(&out).unwrap();
     assert!(document.verdict == "one_geometry_with_changes" && document.differences.len() == 1, "{said}");
     let mass = &document.differences[0].parameters[0];
@@ -151,7 +153,7 @@ fn a_fleet_is_made_and_used() {
         let (code, _, err) = calibench(&["identify", name, "-o", &format!("{name}.toml")], &folder);
         assert_eq!(code, Some(0), "{err}");
     }
-    let (code, out, err) = calibench(&["fleet", "A.toml", "B.toml", "-o", "ur10.fleet.toml", "--json"], &folder);
+    let (code, out, err) = calibench(&["keep", "fleet", "A.toml", "B.toml", "-o", "ur10.fleet.toml", "--json"], &folder);
     assert_eq!(code, Some(0), "{err}");
     let fleet: Fleet = serde_json::from_slice(&out).unwrap();
     assert!(fleet.robots == 2 && fleet.parameters.len() > 20, "{fleet:?}");
@@ -167,12 +169,12 @@ fn a_fleet_is_made_and_used() {
     assert_eq!(code, Some(0), "{err}");
     for (arguments, said) in [
         (
-            vec!["fleet", "A.toml", "B.toml", "D.toml", "-o", "again.toml"],
+            vec!["keep", "fleet", "A.toml", "B.toml", "D.toml", "-o", "again.toml"],
             "D.toml was identified with the prior of a fleet of 2 robots",
         ),
-        (vec!["fleet", "A.toml"], "there is one robot"),
-        (vec!["fleet", "A.toml", "A.toml"], "the same measurements"),
-        (vec!["fleet", "A.toml", "absent.toml"], "absent.toml"),
+        (vec!["keep", "fleet", "A.toml"], "there is one robot"),
+        (vec!["keep", "fleet", "A.toml", "A.toml"], "the same measurements"),
+        (vec!["keep", "fleet", "A.toml", "absent.toml"], "absent.toml"),
         (vec!["identify", "D", "--fleet", "A.toml"], "A.toml"),
     ] {
         let (code, _, err) = calibench(&arguments, &folder);

@@ -83,7 +83,7 @@ impl Bench {
     /// Serves the cell; nothing takes time unless `arguments` say so.
     pub fn serve(&self, arguments: &[&str]) -> Served {
         let mut command = Command::new(PROGRAM);
-        command.arg("serve").arg(self.path("scenario.toml")).args(["--seed", &SEED.to_string(), "--commands"]);
+        command.args(["sim", "serve"]).arg(self.path("scenario.toml")).args(["--seed", &SEED.to_string(), "--commands"]);
         if !arguments.contains(&"--time-scale") {
             command.args(["--time-scale", "0"]);
         }

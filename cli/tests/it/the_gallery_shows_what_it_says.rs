@@ -1,4 +1,4 @@
-//! `gallery` writes the gallery of the documentation byte for byte, and that of a user's own data; nothing else is touched.
+//! `effects gallery` writes the gallery of the documentation byte for byte, and that of a user's own data; nothing else is touched.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,7 @@ fn the_pictures_of_the_documentation_are_those_that_the_program_draws() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("gallery");
     let output = calibench(&[
+        "effects",
         "gallery",
         "scenarios/gallery.toml",
         "-o",
@@ -32,7 +33,10 @@ fn the_pictures_of_the_documentation_are_those_that_the_program_draws() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for name in ["harmonic.md", "harmonic.svg", "base_step.md", "base_step.svg", "outlier.md", "outlier.svg"] {
         let [drawn, kept] = [out.join(name), root().join("docs/gallery").join(name)].map(|f| fs::read_to_string(f).unwrap());
-        assert_eq!(drawn, kept, "{name}: write it again with `calibench gallery scenarios/gallery.toml -o docs/gallery`");
+        assert_eq!(
+            drawn, kept,
+            "{name}: write it again with `calibench effects gallery scenarios/gallery.toml -o docs/gallery`"
+        );
     }
     assert!(!out.join("ball.md").exists());
     let index = fs::read_to_string(out.join("README.md")).unwrap();
@@ -48,10 +52,10 @@ fn what_cannot_be_drawn_is_refused_in_one_sentence() {
     let new = folder.path().join("new");
     let new = new.to_str().unwrap();
     for (arguments, says) in [
-        (vec!["gallery", "scenarios/gallery.toml", "-o", there], "gallery"),
-        (vec!["gallery", "scenarios/gallery.toml", "-o", new, "--effect", "gremlins"], "--effect gremlins"),
-        (vec!["gallery", "scenarios/gallery.toml", "elsewhere", "-o", new], "one scenario file, or dataset folders"),
-        (vec!["gallery", "nowhere", "-o", new], "nowhere"),
+        (vec!["effects", "gallery", "scenarios/gallery.toml", "-o", there], "gallery"),
+        (vec!["effects", "gallery", "scenarios/gallery.toml", "-o", new, "--effect", "gremlins"], "--effect gremlins"),
+        (vec!["effects", "gallery", "scenarios/gallery.toml", "elsewhere", "-o", new], "one scenario file, or dataset folders"),
+        (vec!["effects", "gallery", "nowhere", "-o", new], "nowhere"),
         (vec!["effects", "gremlins"], "'gremlins' is not an effect"),
     ] {
         let output = calibench(&arguments);

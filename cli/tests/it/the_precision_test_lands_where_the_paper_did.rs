@@ -116,7 +116,7 @@ fn a_longer_way_leaves_more_within_the_tolerance() {
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let run = |threads: &str, seed: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
-        command.args(["precision", "--json", "--trials", "20", "--seed", seed]).arg(scenario("paper.toml"));
+        command.args(["sim", "precision", "--json", "--trials", "20", "--seed", seed]).arg(scenario("paper.toml"));
         let output = command.env("RAYON_NUM_THREADS", threads).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         output.stdout
@@ -140,7 +140,7 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
             format!("format = \"calibench-scenario/1\"\nextends = '{}'\nname = \"s\"\nquestion = \"?\"\n", cell.display());
         std::fs::write(&path, format!("{head}{keys}")).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
-        let output = command.arg("precision").arg(&path).args(arguments).output().unwrap();
+        let output = command.args(["sim", "precision"]).arg(&path).args(arguments).output().unwrap();
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{keys}: {error}");
         assert!(error.matches('\n').count() == 1 && says.iter().all(|s| error.contains(s)), "{keys}: {error}");
@@ -150,7 +150,7 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
     refuse("[precision]\nstart_mm = 9", &[], &["precision.start_mm", "from 0 to 4"]);
     refuse("[precision]\nprobe_um = 1.0", &[], &["probe_um", "s.toml:6"]);
     // Steps of ten times the tolerance: the loop cannot converge.
-    refuse("[precision]\narm_step_um = 30.0", &[], &["precision", "cannot be centred", "finer steps"]);
+    refuse("[precision]\narm_step_um = 30.0", &[], &["sim", "precision", "cannot be centred", "finer steps"]);
     refuse("", &["--repetitions", "0"], &["--repetitions", "from 1 to"]);
     refuse("", &["--trials", "1"], &["--trials", "from 2 to"]);
     refuse("", &["--seed", "-4"], &["--seed"]);
@@ -159,7 +159,8 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
 #[test]
 fn the_page_shows_what_the_program_prints() {
     let page = std::fs::read_to_string(scenario("../docs/precision.md")).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_calibench")).arg("precision").arg(scenario("paper.toml")).output().unwrap();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_calibench")).args(["sim", "precision"]).arg(scenario("paper.toml")).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let (_, results) = text.split_once("Deviation of").expect("the procedure comes first");
     let cells = |line: &str| line.trim_matches('│').split('┆').map(|c| c.trim().to_owned()).collect::<Vec<_>>().join(" | ");

@@ -74,8 +74,8 @@ fn eighty_columns_hold_everything_or_say_what_they_leave_out() {
         &["diagnose", "run/trical", "--heat-map"],
         &["add", "harmonic1:1", "run/trical", "--force", "-o", "model.toml"],
         &["ladder", "run/trical"],
-        &["next", "run/trical"],
-        &["prove", "run/trical", "--effect", "joint_scale", "--nothing", "0"],
+        &["plan", "next", "run/trical"],
+        &["effects", "prove", "run/trical", "--effect", "joint_scale", "--nothing", "0"],
         &["effects"],
         &["robots"],
     ] {

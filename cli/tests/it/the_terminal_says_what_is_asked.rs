@@ -68,7 +68,7 @@ fn levels_take_lines_away_and_change_none() {
         &["diagnose", "run/trical"],
         &["add", "harmonic:3:202", "run/trical"],
         &["ladder", "run/trical"],
-        &["prove", "run/trical", "--effect", "joint_scale", "--nothing", "0"],
+        &["effects", "prove", "run/trical", "--effect", "joint_scale", "--nothing", "0"],
     ] {
         let told = calibench(at, arguments);
         let whole = text(&told.stdout);

@@ -155,7 +155,7 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     let unasked = bench.ask("POST", "/api/save-plan", &[], "{}");
     assert!(unasked.status == 422 && unasked.body.contains("request the next experiment first"), "{}", unasked.body);
     fs::write(at.join("begin.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]\n").unwrap();
-    let verb = printed(&at, &["next", "trical", "--model", "begin.toml", "--json", "-o", "next.toml"]);
+    let verb = printed(&at, &["plan", "next", "trical", "--model", "begin.toml", "--json", "-o", "next.toml"]);
     let next = bench.act("next", &json!({}));
     for key in ["criterion", "rivals", "now", "actions", "best", "not_offered", "sentences", "cell_known"] {
         assert_eq!(next["next"][key], verb[key], "{key}");

@@ -1,4 +1,4 @@
-//! `calibench-check/1`, printed by `check`.
+//! `calibench-check/1`, printed by `keep check`.
 
 use calibench::monitoring;
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};

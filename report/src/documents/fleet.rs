@@ -1,4 +1,4 @@
-//! `calibench-fleet/1`, printed by `fleet`; and what other documents say of a fleet.
+//! `calibench-fleet/1`, printed by `keep fleet`; and what other documents say of a fleet.
 
 use calibench::identify;
 use calibench::identify::fleet::FleetJudged;

@@ -1,4 +1,4 @@
-//! `calibench-next/1`, printed by `next`, and `calibench-detectability/1`, printed by `plan`.
+//! `calibench-next/1`, printed by `plan next`, and `calibench-detectability/1`, printed by `plan`.
 
 use calibench::diagnosis;
 use calibench::planning;

@@ -1,4 +1,4 @@
-//! `calibench-runs/1`, printed by `runs`.
+//! `calibench-runs/1`, printed by `keep runs`.
 
 use calibench::identify::calibration::Estimate;
 use calibench::monitoring;

@@ -24,7 +24,7 @@ pub(super) fn index_page(gallery: &Gallery) -> String {
          Each was injected alone into {}, with the noise of its instruments; the model was fitted without it, and the picture is the view in which its curve shows most of it.\n\
          The pages say what imitates an effect, which measurement distinguishes the two, and where to look on the machine.\n\n\
          The pictures stand in the order of [what to look at first](first-look.md).\n\n\
-         `{}` wrote this folder; `calibench gallery DATASET -o DIR` writes one with your own postures and noise.\n",
+         `{}` wrote this folder; `calibench effects gallery DATASET -o DIR` writes one with your own postures and noise.\n",
         gallery.campaign, gallery.command
     );
     for look in Look::ALL {

@@ -2,9 +2,9 @@
 
     calibench_dask.py SCENARIO --trials N -o OUT.csv [--scheduler ADDRESS | --workers W] [--shard N] [--check N]
 
-A shard is some trials in a row, carried out by `calibench study --first K --trials N` on whatever worker is free. A worker that is lost costs the
+A shard is some trials in a row, carried out by `calibench sim study --first K --trials N` on whatever worker is free. A worker that is lost costs the
 shard in its hands, which another takes. Shards are kept in OUT.csv.shards as they come, so that a study that was cut goes on where it was, and
-are put together by `calibench merge`. The workers need the program, and the scenario with what it extends, where --program and SCENARIO say.
+are put together by `calibench sim merge`. The workers need the program, and the scenario with what it extends, where --program and SCENARIO say.
 
 Ends with 1 when a shard fails or a check does not hold, with 2 when it is called wrongly.
 """
@@ -24,7 +24,7 @@ def shard(program, scenario, options, first, trials):
     """The table of the trials `first` to `first + trials - 1`, and who made it. Runs on a worker."""
     with tempfile.TemporaryDirectory(prefix="calibench-") as folder:
         table = Path(folder) / "shard.csv"
-        command = [program, "study", scenario, "--first", str(first), "--trials", str(trials), "--output", str(table), "--json", *options]
+        command = [program, "sim", "study", scenario, "--first", str(first), "--trials", str(trials), "--output", str(table), "--json", *options]
         # A Dask worker is a core; the program shall not take the others'.
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "RAYON_NUM_THREADS": "1"})
         if done.returncode != 0:
@@ -95,7 +95,7 @@ def main():
     parser.add_argument("--retries", type=int, default=2, help="how often a shard that fails is tried again")
     parser.add_argument("--check", type=int, default=1, help="so many shards are made once more and compared")
     parser.add_argument("--program", default="calibench", help="the program, on every worker")
-    parser.add_argument("options", nargs="*", help="behind --: further options of `study`, as --seed 2")
+    parser.add_argument("options", nargs="*", help="behind --: further options of `sim study`, as --seed 2")
     arguments = parser.parse_args()
     arguments.scenario = arguments.scenario.resolve()
     if not arguments.scenario.is_file():
@@ -114,7 +114,7 @@ def main():
                 makers = gather(client, arguments, shards, folder)
         if not checked(arguments, shards, folder):
             return 1
-        command = [arguments.program, "merge", *(str(kept(folder, *at)) for at in shards), "--output", str(arguments.output)]
+        command = [arguments.program, "sim", "merge", *(str(kept(folder, *at)) for at in shards), "--output", str(arguments.output)]
         merged = subprocess.run(command, capture_output=True, text=True)
         if merged.returncode != 0:
             raise RuntimeError(merged.stderr.strip())

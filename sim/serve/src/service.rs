@@ -29,7 +29,7 @@ pub struct Service {
 }
 
 impl Default for Service {
-    /// Any ports, pseudo-terminals, real time, no faults: as `calibench serve` without flags.
+    /// Any ports, pseudo-terminals, real time, no faults: as `calibench sim serve` without flags.
     fn default() -> Self {
         Service {
             robot_port: 0,

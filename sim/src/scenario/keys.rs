@@ -76,17 +76,17 @@ pub struct ScenarioToml {
     /// The expected results.
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
-    /// The precision test of the gauge, for `calibench precision`.
+    /// The precision test of the gauge, for `calibench sim precision`.
     #[serde(default)]
     pub precision: PrecisionToml,
-    /// The instrument that measures the robot, for `calibench study`.
+    /// The instrument that measures the robot, for `calibench sim study`.
     #[serde(default)]
     pub instrument: InstrumentToml,
-    /// Blind trials of the diagnosis, for `calibench suite`.
+    /// Blind trials of the diagnosis, for `calibench sim suite`.
     pub suite: Option<SuiteToml>,
-    /// The points at which `calibench study` makes its trials.
+    /// The points at which `calibench sim study` makes its trials.
     pub sweep: Option<SweepToml>,
-    /// The parts from which `calibench design` may build an artifact.
+    /// The parts from which `calibench sim design` may build an artifact.
     pub design: Option<DesignToml>,
 }
 

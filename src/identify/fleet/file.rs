@@ -85,7 +85,7 @@ pub fn write_fleet(fleet: &Fleet, path: &Path) -> Result<(), FileError> {
 /// # Errors
 /// The first mistake, with line, key and remedy.
 pub fn read_fleet(path: &Path) -> Result<Fleet, FileError> {
-    const AGAIN: &str = "make it again with `fleet`";
+    const AGAIN: &str = "make it again with `keep fleet`";
     let text = read_text(path)?;
     let file: File = parse_toml(path, &text)?;
     let wrong = |key: &str, problem: String| field_error(path, &text, key, problem, AGAIN);

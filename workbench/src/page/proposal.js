@@ -25,7 +25,7 @@ const COLUMNS = [
 ];
 
 /**
- * What `next` proposes.
+ * What `plan next` proposes.
  * @param {Answer} told
  */
 export function proposed({ next, tookMs }) {

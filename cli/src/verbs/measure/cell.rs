@@ -30,7 +30,7 @@ use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
-use crate::verbs::cell::disagreement_verdict;
+use crate::verbs::cell::check::disagreement_verdict;
 
 #[derive(clap::Args)]
 pub struct CellArguments {

@@ -1,4 +1,4 @@
-//! `repeatability --cell CELL --plan PLAN`: the same at a real cell, at the postures of a plan for it.
+//! `cell repeatability --cell CELL --plan PLAN`: the same at a real cell, at the postures of a plan for it.
 
 use std::path::{Path, PathBuf};
 

@@ -45,7 +45,7 @@ impl Workshop {
     /// If the scenario is invalid, or has no valid `[design]`.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let scenario = document.scenario()?;
-        scenario.expect_trical("design")?;
+        scenario.expect_trical("sim design")?;
         let Some(design) = scenario.design.clone() else {
             let remedy = "say in [design] how many balls, where, and of what the artifact is made";
             return Err(document.wrong("design", "is missing", remedy));

@@ -5,9 +5,9 @@ use serde_json::Value;
 
 const SCRIPT: Module = Module { name: "calibench-lab/design.js", text: include_str!("page.js") };
 
-/// The page of a design; `document` is the output of `design --json`.
+/// The page of a design; `document` is the output of `sim design --json`.
 pub fn design_page(document: &Value) -> String {
-    chart_page_html("calibench design", SCRIPT, document)
+    chart_page_html("calibench sim design", SCRIPT, document)
 }
 
 #[cfg(test)]

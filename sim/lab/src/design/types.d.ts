@@ -1,4 +1,4 @@
-// The document of `calibench design`, as far as its page shows it.
+// The document of `calibench sim design`, as far as its page shows it.
 
 interface Verified {
   trials: number;

@@ -42,7 +42,7 @@ fn joined(
     shards: &[Shard],
     line: &mut dyn FnMut(&StringRecord) -> Result<(), FileError>,
 ) -> Result<(Summary, Extent), FileError> {
-    let nothing = |path: &Path| FileError::whole(path, "is not a table of a study", "name the files that `study` wrote");
+    let nothing = |path: &Path| FileError::whole(path, "is not a table of a study", "name the files that `sim study` wrote");
     let begin = shards.first().ok_or_else(|| nothing(Path::new("shards")))?;
     let mut summary = Summary::new(&begin.header).ok_or_else(|| nothing(&begin.path))?;
     line(&begin.header)?;

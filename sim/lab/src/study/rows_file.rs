@@ -67,7 +67,11 @@ impl RowsReader {
         let (Some(points), Some(point), Some(trial), Some(method), Some(methods)) =
             (at("points"), at("point"), at("trial"), at("method"), at(METHODS))
         else {
-            return Err(FileError::whole(path, "is not a table of a study", "name a file that `study` wrote, or a new one"));
+            return Err(FileError::whole(
+                path,
+                "is not a table of a study",
+                "name a file that `sim study` wrote, or a new one",
+            ));
         };
         let place = Places { points, point, trial, method, methods };
         let whole = reader.position().byte();
@@ -273,5 +277,5 @@ fn end_of_lines(file: &mut File) -> std::io::Result<u64> {
 
 fn not_csv(path: &Path, e: &csv::Error) -> FileError {
     let line = e.position().map(|p| p.line() as usize);
-    FileError { line, ..FileError::whole(path, format!("is not a table: {e}"), "name a file that `study` wrote") }
+    FileError { line, ..FileError::whole(path, format!("is not a table: {e}"), "name a file that `sim study` wrote") }
 }

@@ -1,4 +1,4 @@
-// The document of `calibench study`, as far as its page shows it.
+// The document of `calibench sim study`, as far as its page shows it.
 
 /** A quantile with the band in which it is known. */
 interface Quantile {

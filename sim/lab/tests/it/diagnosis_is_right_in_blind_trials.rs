@@ -1,6 +1,6 @@
 //! A small part of the blind suite, some trials of each class: enough to reveal a seriously broken diagnosis.
 //!
-//! The whole suite (`calibench suite scenarios/blind-suite.toml`) measures rates of one per cent; in some hundred trials only
+//! The whole suite (`calibench sim suite scenarios/blind-suite.toml`) measures rates of one per cent; in some hundred trials only
 //! gross failures show. The limits here are such that a diagnosis with the rates of the whole suite fails them once in a
 //! thousand runs or less.
 
