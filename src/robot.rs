@@ -4,6 +4,7 @@ mod arm;
 mod builtin;
 mod dexterity;
 mod frame;
+mod guessed_masses;
 pub mod inverse;
 pub mod kinematics;
 mod link;

@@ -36,12 +36,14 @@ fn stage_remark(stage: Stage) -> &'static str {
     }
 }
 
-/// The data of a first screen in a line: what was fitted, what was held out, and the noise that the data state.
+/// The data of a first screen in a line: what was fitted, what was held out, the noise that the data state, and whether the
+/// masses of the arm are guessed.
 #[must_use]
 pub fn data_line(name: &str, errors: &ErrorTable, datasets: &[NamedDataset<'_>]) -> String {
     let judged = errors.last().map_or(0, |v| v.samples);
     let held_out = if errors.held_out { format!(", {judged} held out") } else { ", none held out".to_owned() };
-    format!("{name}: {} samples fitted{held_out}; {}", errors.fitted, noise_words(datasets))
+    let masses = if datasets.iter().any(|d| d.dataset.robot.masses_guessed) { "; masses guessed" } else { "" };
+    format!("{name}: {} samples fitted{held_out}; {}{masses}", errors.fitted, noise_words(datasets))
 }
 
 /// The noise that the first dataset states, in words.

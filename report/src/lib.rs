@@ -18,6 +18,7 @@ mod gallery;
 mod heat_map;
 mod ladder;
 mod ladder_sentences;
+mod masses;
 mod meaning;
 mod misfit;
 mod next;
@@ -56,6 +57,7 @@ pub use ladder_sentences::{
     advice, choices_text, ladder_step_sentence, not_added_sentence, objection_sentence, planned_sentence, symptom_sentence,
     top_sentences, unconverged_sentence,
 };
+pub use masses::masses_sentence;
 pub use meaning::what;
 pub use misfit::{abnormal_sentences, misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};

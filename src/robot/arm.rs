@@ -7,7 +7,7 @@ use super::solids::Solid;
 /// Robot files are written with nine decimals, in mm, deg and kg: two copies of one arm may differ by this, in SI.
 const ROUNDING_OF_FILES: f64 = 1e-9;
 /// Mass of all links together below which none is believed, kg.
-const LIGHTEST_ARM: f64 = 0.1;
+pub(super) const LIGHTEST_ARM: f64 = 0.1;
 
 /// The nominal robot: its model and the facts that no calibration changes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,6 +26,9 @@ pub struct Robot {
     pub root: FramePose,
     /// Frame in which a dataset states its tool, in the last frame of the chain.
     pub flange: FramePose,
+    /// True if nobody stated the masses of the links: they are guessed from the geometry. Gravity torques are then right in their
+    /// pattern and to a factor of some two in their size, which is enough to fit compliances to them; no mass may be read off them.
+    pub masses_guessed: bool,
 }
 
 impl Robot {
@@ -34,22 +37,29 @@ impl Robot {
         self.links.len()
     }
 
-    /// True if link masses are known; without them no gravity torque can be computed. An arm that weighs grams has only masses
-    /// that stand for something else, such as those of dummy links.
+    /// True if the links have masses, [guessed](Robot::masses_guessed) or listed; without them no gravity torque can be computed.
+    /// An arm that weighs grams has only masses that stand for something else, such as those of dummy links.
     pub fn has_masses(&self) -> bool {
         self.links.iter().map(|l| l.mass).sum::<f64>() >= LIGHTEST_ARM
     }
 
-    /// True if `other` is the same arm by its data (joints, geometry, limits, masses), whatever the names.
+    /// True if the masses of the links are those that somebody stated.
+    pub fn lists_masses(&self) -> bool {
+        self.has_masses() && !self.masses_guessed
+    }
+
+    /// True if `other` is the same arm by its data (joints, geometry, limits, masses), whatever the names. Guessed masses count
+    /// unless the other arm has none: the compliances of a calibration belong to the masses to which they were fitted.
     pub fn is_same_arm(&self, other: &Robot) -> bool {
+        let (guessed, bare) = (self.masses_guessed || other.masses_guessed, !self.has_masses() || !other.has_masses());
+        let weighed = !(guessed && bare);
         let numbers = |l: &Link| {
             let MdhLink { alpha, a, beta, theta, d, .. } = l.mdh;
-            [alpha, a, beta, theta, d, l.limits[0], l.limits[1], l.mass, l.com.x, l.com.y, l.com.z]
+            [alpha, a, beta, theta, d, l.limits[0], l.limits[1]]
         };
-        let same = |a: &Link, b: &Link| {
-            let near = numbers(a).iter().zip(numbers(b)).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
-            near && a.mdh.kind == b.mdh.kind
-        };
+        let load = |l: &Link| if weighed { [l.mass, l.com.x, l.com.y, l.com.z] } else { [0.0; 4] };
+        let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
+        let same = |a: &Link, b: &Link| near(&numbers(a), &numbers(b)) && near(&load(a), &load(b)) && a.mdh.kind == b.mdh.kind;
         self.joints() == other.joints() && self.links.iter().zip(&other.links).all(|(a, b)| same(a, b))
     }
 

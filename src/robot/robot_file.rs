@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use self::link_entry::LinkEntry;
 use self::numbers::{Fault, metres, mm, written};
 use self::turned_round::turn_round;
+use super::guessed_masses::guess_masses;
 use super::sites::MOST_JOINTS;
 use super::solids::{Shape, Solid};
 use super::urdf::{ChainEnds, robot_from_urdf};
@@ -21,6 +22,9 @@ use crate::units::{DEG, MM};
 
 /// The value of the key `format`.
 pub(crate) const ROBOT_FORMAT: &str = "calibench-robot/1";
+
+/// The value of the key `masses` where they are guessed.
+const GUESSED: &str = "guessed";
 
 /// A chain of joints, with masses and bodies where they are known.
 #[derive(Debug, Serialize, Deserialize)]
@@ -36,6 +40,11 @@ struct Document {
     /// Source of the numbers.
     #[serde(default)]
     source: String,
+    /// `guessed` if the masses of the links are guessed from the geometry, as they are where none are listed; without this key
+    /// they are stated ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = [GUESSED])))]
+    masses: Option<String>,
     /// Turns of the motor per turn of the joint, one for every joint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     gear_ratios: Vec<f64>,
@@ -196,7 +205,7 @@ pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
     if is_urdf(&path) { robot_from_urdf(&path, &ends).map(|urdf| urdf.robot) } else { load_robot(&path) }
 }
 
-/// Reads a robot file.
+/// Reads a robot file; without masses, the robot gets [guessed](Robot::masses_guessed) ones.
 ///
 /// # Errors
 /// When it cannot be read, a key is unknown, missing or of the wrong type, or a number is impossible: with line and key.
@@ -213,6 +222,9 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
     }
     if document.name.trim().is_empty() {
         return Err(wrong("name", "is empty", "give the robot a short name"));
+    }
+    if document.masses.as_ref().is_some_and(|masses| masses != GUESSED) {
+        return Err(wrong("masses", "is not 'guessed'", "leave the key out where the masses are stated ones"));
     }
     let joints = document.link.len();
     if joints == 0 {
@@ -250,10 +262,14 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
         solids,
         root: document.root.frame(),
         flange: document.flange.frame(),
+        masses_guessed: document.masses.is_some(),
     };
     for (i, _) in document.link.iter().enumerate().filter(|(_, link)| link.counts_backwards()) {
         turn_round(&mut robot, i);
     }
+    // Guessed masses are kept as they are written: the compliances of a calibration beside them were fitted to these.
+    robot.masses_guessed &= robot.has_masses();
+    guess_masses(&mut robot);
     Ok(robot)
 }
 
@@ -307,6 +323,7 @@ pub fn to_toml(robot: &Robot) -> String {
         format: ROBOT_FORMAT.into(),
         name: robot.name.clone(),
         source: robot.source.clone(),
+        masses: robot.masses_guessed.then(|| GUESSED.into()),
         gear_ratios: robot.gear_ratios.clone(),
         root: FrameEntry::of(&robot.root),
         flange: FrameEntry::of(&robot.flange),

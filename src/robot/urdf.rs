@@ -21,6 +21,7 @@ use self::document::UrdfDocument;
 pub use self::meshes::{MissingMesh, missing_meshes};
 pub use self::rewrite::{JointOrigin, calibrated_urdf, joint_origins};
 use self::rows::ChainRows;
+use super::guessed_masses::guess_masses;
 use super::{FramePose, JointKind, Link, Robot};
 use crate::files::{FileError, read_text};
 
@@ -81,7 +82,7 @@ fn cut(joint: &document::UrdfJoint) -> ([f64; 2], Option<String>) {
 }
 
 /// Reads the robot of a URDF file. Inertias, geometry and transmissions are not used; a joint without limits has one turn
-/// either way, a prismatic one ten metres.
+/// either way, a prismatic one ten metres. Without masses, the robot gets [guessed](Robot::masses_guessed) ones.
 ///
 /// # Errors
 /// With the line, if the file is not a URDF, or has no such chain.
@@ -102,7 +103,7 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
     let (base_link, tool_link) = (name(chain.base), name(chain.tool));
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let flange = frames.last().map_or(tip, |last| last.inverse() * tip);
-    let robot = Robot {
+    let mut robot = Robot {
         name: document.name.clone(),
         source: format!("{file}, from link {base_link} to link {tool_link}"),
         links: links.map(link).collect(),
@@ -110,7 +111,9 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
         solids: Vec::new(),
         root: FramePose::from_pose(&root),
         flange: FramePose::from_pose(&flange),
+        masses_guessed: false,
     };
+    guess_masses(&mut robot);
     let joint_names = chain.actuated().map(|joint| joint.name.clone()).collect();
     let remarks = chain.actuated().filter_map(|joint| cut(joint).1).collect();
     Ok(UrdfRobot { robot, joint_names, base_link, tool_link, remarks })

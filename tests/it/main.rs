@@ -51,6 +51,7 @@ mod identified;
 mod identify_from_arrays;
 mod jacobian_matches_jax;
 mod kinematics_and_statics_match_pinocchio;
+mod masses_are_never_missing;
 mod mastering_refuses_what_is_not_a_master_ball;
 mod mistakes_that_were_met_are_named;
 mod orientations_are_identified;

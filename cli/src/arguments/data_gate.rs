@@ -3,7 +3,7 @@
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::Dataset;
 use calibench::residuals::misfit::{DataFit, data_fit};
-use calibench_report::{documents, nominal_fit_lines};
+use calibench_report::{documents, masses_sentence, nominal_fit_lines};
 use calibench_workbench::{copied_rows, located_misfit};
 
 use super::data::named;
@@ -20,12 +20,15 @@ pub(crate) struct Gate {
     pub(crate) fits: Vec<DataFit>,
     /// The sentence repeated in every result.
     pub(crate) misfit: Option<String>,
+    /// That the masses of the robot are guessed.
+    masses: Option<&'static str>,
 }
 
 impl Gate {
-    /// Prints the nominal fits and any misfit, ahead of other text.
+    /// Prints the nominal fits, any misfit and whether masses are guessed, ahead of other text.
     pub(crate) fn tell(&self) -> Result<(), Failure> {
         nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
+        self.masses.iter().try_for_each(|line| print(*line))?;
         self.misfit.iter().try_for_each(|sentence| print_answer(sentence))
     }
 
@@ -64,5 +67,6 @@ pub(crate) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json
         return Err(Box::new(DoNotFit(located_misfit(misfit))));
     }
     let misfit = misfit.map(located_misfit);
-    Ok(Gate { fits, misfit })
+    let masses = datasets.iter().find_map(|(_, d)| masses_sentence(&d.robot));
+    Ok(Gate { fits, misfit, masses })
 }

@@ -11,7 +11,7 @@ use calibench::robot::robot_file::{robot, to_toml};
 use calibench::robot::urdf::{ChainEnds, MissingMesh, UrdfRobot, missing_meshes, robot_from_urdf};
 use calibench::robot::{BUILT_IN, FramePose, JointKind, Robot, built_in};
 use calibench::units::{DEG, MM};
-use calibench_report::{Printout, Table, documents, misfit_sentence, nominal_fit_lines, plain_rows};
+use calibench_report::{Printout, Table, documents, masses_sentence, misfit_sentence, nominal_fit_lines, plain_rows};
 use clap::Subcommand;
 use serde_json::{Value, json};
 
@@ -109,6 +109,15 @@ fn list(as_json: bool) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// A line on the masses of a robot from a file that lists none; empty if it lists them.
+fn masses_words(robot: &Robot) -> String {
+    match masses_sentence(robot) {
+        Some(sentence) => format!("\nThe file has no masses. {sentence}"),
+        None if robot.has_masses() => String::new(),
+        None => "\nThe file has no masses: gravity torques cannot be computed from it.".into(),
+    }
+}
+
 fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
     if as_json { print_json(&document(vec![entry(robot)])) } else { print_answer(to_toml(robot).trim_end()) }?;
     Ok(Outcome::Done)
@@ -117,7 +126,7 @@ fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
 /// Summary of a robot read from a URDF file.
 fn converted(read: &UrdfRobot, output: &Path) -> Printout {
     let UrdfRobot { robot, joint_names, base_link, tool_link, .. } = read;
-    let masses = if robot.has_masses() { "" } else { "\nThe file has no masses: gravity torques cannot be computed from it." };
+    let masses = masses_words(robot);
     let title = format!(
         "{} ({} joints), from link {base_link} to link {tool_link}: {}\n",
         robot.name,
@@ -210,8 +219,12 @@ fn entry(robot: &Robot) -> Value {
             link
         })
         .collect();
-    json!({"name": robot.name, "source": robot.source, "joints": robot.joints(), "links": links,
-        "root": frame(&robot.root), "flange": frame(&robot.flange)})
+    let mut entry = json!({"name": robot.name, "source": robot.source, "joints": robot.joints(), "links": links,
+        "root": frame(&robot.root), "flange": frame(&robot.flange)});
+    if robot.masses_guessed {
+        entry["masses_guessed"] = json!(true);
+    }
+    entry
 }
 
 fn table(robot: &Robot) -> Table {
@@ -229,6 +242,7 @@ fn table(robot: &Robot) -> Table {
     };
     let mut header = vec!["i", "alpha_{i-1} deg", "a_{i-1} mm"];
     header.extend(skewed.then_some("beta_{i-1} deg"));
-    header.extend(["theta_i deg", "d_i mm", if slides { "limits" } else { "limits deg" }, "mass kg"]);
+    header.extend(["theta_i deg", "d_i mm", if slides { "limits" } else { "limits deg" }]);
+    header.push(if robot.masses_guessed { "mass kg, guessed" } else { "mass kg" });
     plain_rows(header, robot.links.iter().enumerate().map(row).collect())
 }

@@ -61,6 +61,9 @@ pub struct Calibration {
     pub format: CalibrationFormat,
     /// The robot, as the data name it.
     pub robot: String,
+    /// True if the masses of its links are guessed from its geometry.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub masses_guessed: bool,
     /// Effects of the model.
     pub effects: Vec<String>,
     /// Identified parameters.
@@ -127,6 +130,7 @@ impl Calibration {
         Calibration {
             format: CalibrationFormat::Current,
             robot: c.robot_reference.clone(),
+            masses_guessed: c.robot.masses_guessed,
             effects: c.model.ids(),
             parameters: c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(Parameter::of).collect(),
             stated_parameters: c.estimates.iter().filter_map(stated).collect(),

@@ -14,6 +14,7 @@ interface Report extends Worded {
   robot: string;
   question?: string | null;
   misfit?: string | null;
+  masses?: string | null;
   commands_from?: string | null;
   verdict: {
     headline: string;

@@ -16,7 +16,9 @@ use crate::figures;
 use crate::first_screen::stage_name;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
-use crate::{Forecast, NoForecast, abnormal_sentences, symptom_sentence, unconverged_sentence, unresolved_sentences};
+use crate::{
+    Forecast, NoForecast, abnormal_sentences, masses_sentence, symptom_sentence, unconverged_sentence, unresolved_sentences,
+};
 use calibench::diagnosis::Verdict;
 use calibench::effects::variable_in_words;
 use calibench::identify::Prediction;
@@ -146,6 +148,9 @@ impl PageModel {
         });
         if let Some(misfit) = &subject.misfit {
             document["misfit"] = json!(misfit);
+        }
+        if let Some(sentence) = masses_sentence(&calibration.robot) {
+            document["masses"] = json!(sentence);
         }
         let mut meanings = document["meanings"].take();
         candidate::add_spoken_of(&document, &diagnosis.registry, &mut meanings);

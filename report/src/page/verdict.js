@@ -29,6 +29,7 @@ export function verdict(report) {
           ),
         element("p", { class: "means" }, said.means),
         report.misfit && element("p", { class: "warning" }, report.misfit),
+        report.masses && element("p", { class: "quiet" }, report.masses),
         question && element("p", { class: "quiet" }, `Question: ${question}`),
         judgement && next(judgement.next),
       ),

@@ -26,6 +26,10 @@ pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use
         Needs::Compliance if model.measured_torques => {
             Some("torques from link masses: to measured ones a wrong load makes no difference")
         }
+        // How far a wrong load bends the arm follows from compliances in rad/(N m): those fitted to guessed masses are in other ones.
+        Needs::Compliance if dataset.robot.masses_guessed => {
+            Some("listed link masses: those in the robot's description are guessed")
+        }
         Needs::Compliance => {
             let sought = model.effects.iter().any(|e| e.family() == EffectId::JOINT_COMPLIANCE);
             masses().or((!sought).then_some("joint_compliance in the model"))
