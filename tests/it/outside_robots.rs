@@ -217,7 +217,7 @@ pub fn climbed(class: Class, seed: u64) -> Climbed {
         measured: rms(ladder.recommended()),
         oracle,
         verdict: ladder.first().diagnosis.verdict,
-        first_step: ladder.steps.get(1).map(|s| s.added.clone()).unwrap_or_default(),
+        first_step: ladder.steps.get(1).or(ladder.other.as_ref()).map(|s| s.added.clone()).unwrap_or_default(),
         advised: advice.effects().to_vec(),
         steps: ladder.steps[1..].iter().map(|s| s.added.clone()).collect(),
         after: [Advice::on(&named, ladder.recommended(), ground).expect("an advice"), Advice::after(&ladder)].map(|a| a.to_do),

@@ -55,6 +55,7 @@ fn robots_outside_the_catalogue_are_calibrated() {
             println!("  {seed}: {:?}", end.after);
         }
         assert_eq!(share(&|end| end.first_step == end.advised), 1.0, "{class:?}");
+        assert_eq!(share(&Climbed::is_an_end), 1.0, "{class:?}");
         assert_eq!(share(&|end| end.overruled), 0.0, "{class:?}");
         assert_eq!(share(&|end| hides && end.physics_called_noise), 0.0, "{class:?}");
     }

@@ -2,7 +2,7 @@
 
 use super::RefusedStep;
 use super::progress::{Interrupted, LadderProgress, Observer, report, unobserved};
-use super::step::{LadderStep, add, step};
+use super::step::{LadderStep, add, readily_step};
 use crate::diagnosis::additions::Addition;
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::effects;
@@ -78,7 +78,7 @@ pub(in crate::selection) fn next_step<B>(
         report(observer, LadderProgress::Trying(&effect))?;
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
-            None => match step(datasets, below, &additions[k].added_to(&below.model), effect.to_vec(), ground) {
+            None => match readily_step(datasets, below, &additions[k].added_to(&below.model), effect.to_vec(), ground) {
                 Ok(next) => {
                     let mut objections = next.objections(below);
                     objections.extend(next.measured_worse_than(best).filter(|worse| !objections.contains(worse)));

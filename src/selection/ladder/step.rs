@@ -1,5 +1,6 @@
 //! One step of a ladder: a model fitted to the data, and its comparison with the model before it.
 
+use super::READILY;
 use crate::diagnosis::Examination;
 use crate::diagnosis::Symptom;
 use crate::diagnosis::{Diagnosis, diagnose_examined};
@@ -203,5 +204,22 @@ pub fn step(
 ) -> Result<LadderStep, IdentifyError> {
     let gains = gains(datasets, &below.model, model)?;
     let ladder_step = ladder_step(datasets, model, ground)?;
+    Ok(LadderStep { added, gains, ..ladder_step })
+}
+
+/// As [`step`], for a model that a ladder may recommend: its fit must converge readily.
+///
+/// # Errors
+/// As [`ladder_step`], and [`IdentifyError::Slow`].
+pub(super) fn readily_step(
+    datasets: &[NamedDataset<'_>],
+    below: &LadderStep,
+    model: &Model,
+    added: Vec<EffectId>,
+    ground: HoldOut<'_>,
+) -> Result<LadderStep, IdentifyError> {
+    let examination = Examination::within_steps(datasets, model, READILY)?.ok_or(IdentifyError::Slow { steps: READILY })?;
+    let gains = gains(datasets, &below.model, model)?;
+    let ladder_step = examined_rung(datasets, model, &examination, ground)?;
     Ok(LadderStep { added, gains, ..ladder_step })
 }
