@@ -122,7 +122,7 @@ fn is_offered(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> bool {
         Offered::Always | Offered::AsWholeToo => true,
         Offered::BesideOtherTargets => fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. })),
         Offered::WithoutPayload => datasets.iter().all(|d| d.dataset.payloads.iter().all(|p| p.mass == 0.0)),
-        Offered::WithoutMasses => datasets.iter().all(|d| !d.dataset.robot.has_masses()),
+        Offered::WithoutMasses => datasets.iter().all(|d| !d.dataset.robot.lists_masses()),
         Offered::ToLogs => {
             fitted(datasets).next().is_some()
                 && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
