@@ -77,7 +77,12 @@ function now({ states: of, names }) {
   const [was, is] = [known[0], known[known.length - 1]];
   if (!was || !is || was === is) return false;
   const before = `${of.held_out ? names.not_fitted : names.residual}, mean of ${of.judged} poses; was ${thousandths(was[2].mean_mm)} (${was[0]})`;
-  return element("p", { class: "now" }, element("b", {}, `${thousandths(is[2].mean_mm)} mm`), element("span", {}, before));
+  return element(
+    "p",
+    { class: "now" },
+    element("b", {}, `${thousandths(is[2].mean_mm)} mm`),
+    element("span", {}, before),
+  );
 }
 
 /**
@@ -99,7 +104,11 @@ function states({ states: of, names, judgement }) {
   const line = ([name, remark, errors]) => {
     const figures = [errors.mean_mm, errors.p95_mm, errors.max_mm];
     const cells = figures.map((mm) => element("td", {}, typeof mm === "number" ? thousandths(mm) : "–"));
-    const bar = element("span", { class: "bar", "aria-hidden": "true" }, element("i", { style: `width: ${(100 * (errors.mean_mm ?? 0)) / most}%` }));
+    const bar = element(
+      "span",
+      { class: "bar", "aria-hidden": "true" },
+      element("i", { style: `width: ${(100 * (errors.mean_mm ?? 0)) / most}%` }),
+    );
     const said = errors.absent ?? (met(errors) || remark);
     return element("tr", {}, element("th", { scope: "row" }, name, bar), cells, element("td", { class: "said" }, said));
   };
