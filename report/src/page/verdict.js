@@ -76,7 +76,8 @@ function now({ states: of, names }) {
   const known = inOrder(of).filter(([, , errors]) => typeof errors.mean_mm === "number");
   const [was, is] = [known[0], known[known.length - 1]];
   if (!was || !is || was === is) return false;
-  const before = `${of.held_out ? names.not_fitted : names.residual}, mean of ${of.judged} poses; was ${thousandths(was[2].mean_mm)} (${was[0]})`;
+  const figure = of.held_out ? names.not_fitted : names.residual;
+  const before = `${figure}, mean of ${of.judged} poses; was ${thousandths(was[2].mean_mm)} (${was[0]})`;
   return element(
     "p",
     { class: "now" },
