@@ -8,6 +8,7 @@ from calibench._dataset import Columns, Dataset
 from calibench._errors import CellError, Error, InputError, ProgramError
 from calibench._program import program, version
 from calibench._results import (
+    Calibrated,
     Calibration,
     Compensated,
     Ladder,
@@ -20,6 +21,7 @@ from calibench._results import (
 )
 from calibench._verbs import (
     add,
+    calibrate,
     check,
     compare,
     diagnose,
@@ -40,6 +42,7 @@ from calibench._verbs import (
 __version__ = version()
 
 __all__ = [
+    "Calibrated",
     "Calibration",
     "CellError",
     "Columns",
@@ -56,6 +59,7 @@ __all__ = [
     "Step",
     "Study",
     "add",
+    "calibrate",
     "check",
     "compare",
     "diagnose",

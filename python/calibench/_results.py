@@ -212,6 +212,36 @@ class Ladder(Result):
         self.calibration.urdf(path, of)
 
 
+class Calibrated(Result):
+    """A robot calibrated from tables, judged on poses held out; ``ok`` says whether the tolerance is met.
+
+    ``print`` shows the errors before and after, what is to be expected, the cause, and what to do.
+    """
+
+    def __init__(self, arguments: Sequence[StrPath], folder: Path, keep: Any) -> None:
+        self._arguments = [*arguments, "-o", folder]
+        self._keep = keep
+        finished = _program.run(self._arguments)
+        self._said = finished.output
+        self._json = (folder / "judgement.json").read_text(encoding="utf-8")
+        self.ok = finished.code == 0
+        #: The folder with calibration, model, URDF, report and dataset.
+        self.folder = folder
+        #: The recommended model.
+        self.model = Model(folder / "model.toml", keep)
+        #: The robot identified by it.
+        self.calibration = Calibration.read(folder / "calibration.toml")
+
+    @cached_property
+    def _text(self) -> str:
+        return self._said
+
+    @property
+    def report(self) -> "Report":
+        """The page that shows it."""
+        return Report((self.folder / "report.html").read_text(encoding="utf-8"))
+
+
 class Report:
     """A page in one HTML file: the errors in words, then in pictures."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from calibench import _program
 from calibench._dataset import Dataset, StrPath
 from calibench._errors import InputError
-from calibench._results import Calibration, Ladder, Model, Report, Result, Run, Step, Study
+from calibench._results import Calibrated, Calibration, Ladder, Model, Report, Result, Run, Step, Study
 
 #: A model: a file, the effects themselves, or ``None`` for the default one.
 AnyModel = Model | StrPath | Sequence[str] | None
@@ -41,6 +41,31 @@ def _checks(campaigns: Data) -> list[StrPath]:
 
 def _forced(force: bool) -> list[StrPath]:
     return ["--force"] if force else []
+
+
+def calibrate(
+    tables: Data,
+    robot: StrPath | None = None,
+    *,
+    noise_um: float | None = None,
+    tolerance_mm: float | None = None,
+    folder: StrPath | None = None,
+    force: bool = False,
+) -> Calibrated:
+    """Calibrates a robot from tables of joints and positions, or from a dataset, and judges it on a fifth of the postures, held out.
+
+    Args:
+        tables: files whose columns the program finds, or a dataset.
+        robot: of tables, the built-in robot, robot file or URDF that was measured.
+        noise_um: one-sigma of the instrument for each coordinate.
+        tolerance_mm: the largest error that the robot may have.
+        folder: where the results are kept; the default is a folder that goes with the object.
+        force: go on with data that do not fit the robot.
+    """
+    room, keep = _room()
+    stated = [("robot", robot), ("noise", None if noise_um is None else f"{noise_um}um"), ("tolerance", None if tolerance_mm is None else f"{tolerance_mm}mm")]
+    given = [f"--{name}={value if isinstance(value, str) else os.fspath(value)}" for name, value in stated if value is not None]
+    return Calibrated(["calibrate", *_several(tables), *given, *_forced(force)], Path(folder) if folder is not None else room / "calibrated", (keep, tables))
 
 
 def identify(data: Data, model: AnyModel = None, *, shifts: bool = False, fleet: StrPath | None = None, force: bool = False) -> Calibration:

@@ -1,5 +1,6 @@
 """Every function gives the bytes that the program prints."""
 
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -44,6 +45,20 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
     assert cb.effects().json() == printed("effects", "--json") and cb.robots().json() == printed("robots", "--json")
     page = cb.report(data, path)
     assert page.page.lstrip().lower().startswith("<!doctype html") and "srcdoc=" in page._repr_html_()
+
+
+def test_a_robot_is_calibrated_in_one_call(measured: pd.DataFrame, tmp_path: Path) -> None:
+    data = cb.Dataset.from_frame(measured.iloc[::8], robot="ur5", joints=JOINTS, points=POINTS, angles="deg", lengths="mm", noise_um=50)
+    found = cb.calibrate(data, tolerance_mm=5.0, folder=tmp_path / "kept")
+    assert found.ok and found["tolerance_mm"] == 5.0 and found["errors"]["held_out"]
+    # What it prints, what it holds and what its page shows are the same numbers.
+    for row in ["nominal", "calibrated"]:
+        assert f"{found['errors'][row]['mean_mm']:.3f}" in str(found)
+    shown = json.loads(found.report.page.split('<script type="application/json" id="data">')[1].split("</script>")[0])
+    assert shown["states"] == found["errors"] and shown["judgement"]["next"] == found["next"]
+    assert found.calibration.__fspath__() == str(tmp_path / "kept" / "calibration.toml")
+    refused = cb.calibrate(data, tolerance_mm=0.001, folder=tmp_path / "refused")
+    assert not refused.ok and refused["errors"]["calibrated"]["met"] == 0
 
 
 def test_a_calibration_is_checked(measured: pd.DataFrame, tmp_path: Path) -> None:
