@@ -1,4 +1,6 @@
-//! Verbs that were at the top of the program once: each is refused with the name that it has now.
+//! First words that are no verbs: names that verbs had once, each refused with the one that it has now, and tables.
+
+use std::path::Path;
 
 use clap::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -20,10 +22,16 @@ const MOVED: [(&str, &str); 13] = [
     ("suite", "sim suite"),
 ];
 
-/// The sentence for a command line that was refused because of such a name.
+/// The sentence for a command line that was refused because it begins with such a name, or with a file.
 pub fn sentence(error: &Error) -> Option<String> {
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return None };
-    let (old, new) = MOVED.iter().find(|(old, _)| error.kind() == ErrorKind::InvalidSubcommand && old == name)?;
+    if error.kind() != ErrorKind::InvalidSubcommand {
+        return None;
+    }
+    if Path::new(name).is_file() {
+        return Some(format!("{name} is a file; of a table: `calibench calibrate {name} --robot ROBOT -o FOLDER`"));
+    }
+    let (old, new) = MOVED.iter().find(|(old, _)| old == name)?;
     Some(format!("`calibench {old}` is `calibench {new}`"))
 }
 
@@ -44,6 +52,14 @@ mod tests {
                 command = command.find_subcommand(word).unwrap_or_else(|| panic!("{new}"));
             }
         }
+    }
+
+    #[test]
+    fn a_table_is_told_how_it_is_calibrated_from() {
+        let table = tempfile::NamedTempFile::new().unwrap();
+        let name = table.path().to_str().unwrap();
+        let refused = Arguments::command().try_get_matches_from(["calibench", name]).unwrap_err();
+        assert!(sentence(&refused).unwrap().contains(&format!("calibrate {name} --robot")));
     }
 
     #[test]

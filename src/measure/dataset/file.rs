@@ -42,7 +42,8 @@ struct FormatKey {
 /// The first error, with its file, line, key or column, and remedy.
 pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     if is_file(folder) {
-        return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
+        let remedy = "name the folder that holds dataset.toml and samples.csv; of a table, `calibench calibrate` or `calibench import` makes one";
+        return Err(FileError::whole(folder, "is a file", remedy));
     }
     let path = folder.join(DATASET_TOML);
     let mut dataset = described(&path, folder)?;
