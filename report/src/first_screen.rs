@@ -4,7 +4,6 @@ use super::diagnosis_sentences::cause_words;
 use super::effect_names::capital;
 use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
 use super::ladder_sentences::unconverged_sentence;
-use super::next_step::more_measurements;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::{Table, plain_table, validation_row};
@@ -131,7 +130,7 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
                 commands.verb("plan next")
             ));
         }
-        ToDo::Stop => all.push(more_measurements(commands).trim_end_matches('.').to_owned()),
+        ToDo::Stop => all.push(commands.more_measurements().trim_end_matches('.').to_owned()),
         _ => {}
     }
     if !noise_stated {

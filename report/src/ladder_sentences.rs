@@ -3,7 +3,6 @@
 use super::effect_names::{all_called, called, each_called};
 use super::field::{shares_sentence, unused_sentence};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, expected};
-use super::next_step::more_measurements;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::plain_table;
@@ -170,7 +169,7 @@ pub fn top_sentences(top: &StopReason, last: &LadderStep, commands: &Recommended
         StopReason::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
             all.extend(tried.iter().map(|step| format!("  {}", not_added_sentence(&last.model.registry, step, usize::MAX))));
-            all.push(more_measurements(commands));
+            all.push(commands.more_measurements());
             all
         }
         other => vec![format!("The ladder ends: {}.", other.name().replace('_', " "))],

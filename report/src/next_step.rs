@@ -64,7 +64,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ),
         ToDo::Stop => format!(
             "Next: use this model: nothing that was tried predicts postures that were not fitted better. {}",
-            more_measurements(commands)
+            commands.more_measurements()
         ),
     };
     // A step that is advised nevertheless, such as the exclusion of a sample that disagrees with all others, is not refused.
@@ -75,11 +75,6 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         format!("Not added: {}: {why}.", each_called(&diagnosis.registry, &step.effects))
     });
     std::iter::once(next).chain(refused).collect()
-}
-
-/// What would show more than the present data do.
-pub(super) fn more_measurements(commands: &Recommended) -> String {
-    format!("`{}` names measurements that would add information.", commands.verb("plan next"))
 }
 
 /// The command that does it.

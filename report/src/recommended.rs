@@ -42,6 +42,11 @@ impl Recommended {
         self.verb("diagnose")
     }
 
+    /// What would show more than the present data do.
+    pub(super) fn more_measurements(&self) -> String {
+        format!("`{}` names measurements that would add information.", self.verb("plan next"))
+    }
+
     pub(super) fn add(&self, effect: &str) -> String {
         self.verb(&format!("add {effect}"))
     }
