@@ -150,7 +150,7 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
     refuse("[precision]\nstart_mm = 9", &[], &["precision.start_mm", "from 0 to 4"]);
     refuse("[precision]\nprobe_um = 1.0", &[], &["probe_um", "s.toml:6"]);
     // Steps of ten times the tolerance: the loop cannot converge.
-    refuse("[precision]\narm_step_um = 30.0", &[], &["sim", "precision", "cannot be centred", "finer steps"]);
+    refuse("[precision]\narm_step_um = 30.0", &[], &["precision", "cannot be centred", "finer steps"]);
     refuse("", &["--repetitions", "0"], &["--repetitions", "from 1 to"]);
     refuse("", &["--trials", "1"], &["--trials", "from 2 to"]);
     refuse("", &["--seed", "-4"], &["--seed"]);
