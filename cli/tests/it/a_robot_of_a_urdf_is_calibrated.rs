@@ -94,6 +94,17 @@ fn from_measurements_to_a_calibrated_urdf() {
     // The dataset names the URDF itself; base and tool are those of its links, so that the tool that is stated stays right.
     let description = fs::read_to_string(folder.path().join("d/dataset.toml")).unwrap();
     fs::write(folder.path().join("d/dataset.toml"), description.replace("\"ur5\"", "\"../arm.urdf#stand:tool0\"")).unwrap();
+    // The URDF has no masses: they are guessed, compliance is fitted to them, and every screen says so.
+    const GUESSED: &str = "The masses of the links are guessed from the reach of the arm";
+    let document = json("identify d -o with-compliance.toml --json");
+    assert_eq!(document["masses_guessed"], true, "{document}");
+    assert!(document["effects"].as_array().unwrap().contains(&Value::from("joint_compliance")), "{document}");
+    assert_eq!(read["robots"][0]["masses_guessed"], true);
+    for arguments in ["identify d -o with-compliance.toml", "diagnose d", "robots from-urdf arm.urdf -o arm.toml"] {
+        let words = said(&done(arguments)).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains(GUESSED), "{arguments}: {words}");
+    }
+    assert!(!said(&done("robots show ur5")).contains("guessed"));
     fs::write(folder.path().join("m.toml"), "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
     done("identify d --model m.toml -o c.toml");
     done("compensate c.toml --urdf better.urdf --urdf-of arm.urdf --ur-kinematics ur.yaml");
