@@ -5,8 +5,8 @@
 //! with the listed torques by 0.97 and more in joints 2 and 3, which bear almost all of the weight.
 //!
 //! Half of the mass lies in the joints, as motor and gearbox, half along the lengths between their axes. Both are the lighter the
-//! less of the arm is outboard of them, by [`AT_TIP`] + the share of the length that is outboard. The sizes of the links' torques
-//! relative to the listed ones are then 0.7 to 1.2 in joints 2 to 4 of every built-in robot.
+//! less of the arm is outboard of them, by [`AT_TIP`] + the share of the length that is outboard. With the listed mass in all, the
+//! torques of joints 2 to 4 of the built-in robots were 0.7 to 1.2 of the listed ones in size.
 
 use nalgebra::Vector3;
 
@@ -37,7 +37,7 @@ impl Weight {
     }
 
     /// Arms for machining and handling, six joints and a wrist whose axes meet. Through the KR 6 R700 (34 kg of its 50 kg move,
-    /// 0.82 m) and the FANUC R-2000iC/165F (data sheet: 1,090 kg, of which the same share is taken to move; 3.11 m).
+    /// 0.82 m) and the FANUC R-2000iC/165F (about 1,090 kg, not looked up, of which the same share is taken to move; 3.11 m).
     const INDUSTRIAL: Weight = Weight { factor: 54.0, exponent: 2.3 };
     /// Light arms: all others. Fitted to UR5 (17.0 kg, 1.10 m), UR10 (28.4 kg, 1.56 m) and Panda (16.1 kg, 1.06 m).
     const LIGHT: Weight = Weight { factor: 14.7, exponent: 1.5 };
