@@ -12,7 +12,7 @@ use calibench::residuals::comparison::Comparison;
 use calibench::residuals::misfit::abnormal;
 use calibench_report::{
     Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, abnormal_sentences, comparison_headline, comparison_sentences,
-    comparison_text, documents, extrapolation_sentence, lacking_sentence, write_comparison_plots,
+    comparison_text, documents, extrapolation_sentence, lacking_sentence, masses_sentence, write_comparison_plots,
 };
 
 use crate::arguments::data::{dataset, forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         abnormal_sentences(&abnormal(&calibration)).iter().try_for_each(|sentence| print_answer(sentence))?;
         print_answer(format!("{}\n", comparison_headline(&comparison)))?;
+        masses_sentence(&calibration.robot).iter().try_for_each(|sentence| print(*sentence))?;
         first.iter().try_for_each(|sentence| print_answer(format!("* {sentence}")))?;
         comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;
         print(Printout::from("\n") + comparison_text(&comparison, &forecast))?;

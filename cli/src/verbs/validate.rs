@@ -11,8 +11,8 @@ use calibench::residuals::Validation;
 use calibench::units::MM;
 use calibench_report::documents::{BeforeAndAfter, OutsideRange, Validated};
 use calibench_report::{
-    NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, orientation_table,
-    rows_before, validation_row, validation_table,
+    NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, masses_sentence,
+    orientation_table, rows_before, validation_row, validation_table,
 };
 
 use super::compare::of_fitted_rows;
@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let name = format!("{}, {} samples", figure.name, validation.samples);
     print_answer(validation_table([rows_before(&table), vec![validation_row(&name, &validation)]].concat()))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(orientation_table(errors)))?;
+    masses_sentence(&calibration.robot).iter().try_for_each(|sentence| print(*sentence))?;
     if let Ok(forecast) = expected {
         print(forecast.sentence())?;
         let differs = judged_alike(&validation, &forecast.error, beyond.outside);
