@@ -19,7 +19,7 @@ use super::hold_out::HoldOut;
 use crate::diagnosis::Examination;
 use crate::diagnosis::Verdict;
 
-use self::step::examined_rung;
+use self::step::readily_fitted;
 use super::objections::Objection;
 use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, SizedCandidate, recommend};
 use super::withdrawal::{Contradiction, contradicted};
@@ -280,10 +280,8 @@ fn choose(
         let reached = match known {
             Some(_) => None,
             None => match readily_fitted(datasets, &choice.model, ground) {
-                Some(ladder_step) => {
-                    Some(LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..ladder_step })
-                }
-                None => continue,
+                Ok(ladder_step) => Some(LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..ladder_step }),
+                Err(_) => continue,
             },
         };
         let Some(taken) = reached.as_ref().or(known) else { continue };
@@ -318,12 +316,6 @@ fn choose(
 fn is_surely_better(choice: &Choice, other: &Choice) -> bool {
     let error = |gain: &Gain| (gain.share / gain.sigma).abs();
     choice.gains.iter().zip(&other.gains).all(|(a, b)| a.share - b.share > error(a).max(error(b)))
-}
-
-/// Fits and judges a model; `None` unless its fit converges readily.
-fn readily_fitted(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
-    let examination = Examination::within_steps(datasets, model, READILY).ok()??;
-    examined_rung(datasets, model, &examination, ground).ok()
 }
 
 /// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width in a fit

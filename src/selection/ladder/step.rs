@@ -202,9 +202,7 @@ pub fn step(
     added: Vec<EffectId>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
-    let gains = gains(datasets, &below.model, model)?;
-    let ladder_step = ladder_step(datasets, model, ground)?;
-    Ok(LadderStep { added, gains, ..ladder_step })
+    above(datasets, below, model, added, || ladder_step(datasets, model, ground))
 }
 
 /// As [`step`], for a model that a ladder may recommend: its fit must converge readily.
@@ -218,8 +216,30 @@ pub(super) fn readily_step(
     added: Vec<EffectId>,
     ground: HoldOut<'_>,
 ) -> Result<LadderStep, IdentifyError> {
+    above(datasets, below, model, added, || readily_fitted(datasets, model, ground))
+}
+
+/// Fits and judges a model whose fit converges readily.
+///
+/// # Errors
+/// As [`ladder_step`], and [`IdentifyError::Slow`].
+pub(super) fn readily_fitted(
+    datasets: &[NamedDataset<'_>],
+    model: &Model,
+    ground: HoldOut<'_>,
+) -> Result<LadderStep, IdentifyError> {
     let examination = Examination::within_steps(datasets, model, READILY)?.ok_or(IdentifyError::Slow { steps: READILY })?;
+    examined_rung(datasets, model, &examination, ground)
+}
+
+/// The step from `below` to a model that adds `added`, fitted by `fitted`.
+fn above(
+    datasets: &[NamedDataset<'_>],
+    below: &LadderStep,
+    model: &Model,
+    added: Vec<EffectId>,
+    fitted: impl FnOnce() -> Result<LadderStep, IdentifyError>,
+) -> Result<LadderStep, IdentifyError> {
     let gains = gains(datasets, &below.model, model)?;
-    let ladder_step = examined_rung(datasets, model, &examination, ground)?;
-    Ok(LadderStep { added, gains, ..ladder_step })
+    Ok(LadderStep { added, gains, ..fitted()? })
 }
