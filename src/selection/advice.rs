@@ -66,13 +66,7 @@ impl Advice {
         let mut refused: Vec<RefusedStep> = Vec::new();
         let diagnosis = &below.diagnosis;
         let verdict = diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict);
-        let without_step = match diagnosis.verdict {
-            _ if below.calibration.unconverged().is_some() => Some(ToDo::Unknown),
-            Verdict::DataDoNotFit => Some(ToDo::Unknown),
-            noise if noise.is_noise() => Some(ToDo::Nothing),
-            _ => None,
-        };
-        if let Some(to_do) = without_step {
+        if let Some(to_do) = without_step(below) {
             return Ok(Advice { to_do, step: None, refused });
         }
         let next = next_step::<Infallible>(datasets, std::slice::from_ref(below), ground, &mut |progress| {
@@ -104,14 +98,12 @@ impl Advice {
     /// The advice on the model that a ladder recommends, which is where it ends: nothing more is to be added.
     #[must_use]
     pub fn after(ladder: &Ladder) -> Self {
-        let LadderStep { diagnosis, calibration, .. } = ladder.recommended();
-        let to_do = match diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict) {
-            _ if calibration.unconverged().is_some() => ToDo::Unknown,
-            Verdict::DataDoNotFit => ToDo::Unknown,
-            noise if noise.is_noise() => ToDo::Nothing,
-            Verdict::Indistinguishable => ToDo::Distinguish,
-            _ => ToDo::Stop,
-        };
+        let end = ladder.recommended();
+        let to_do =
+            without_step(end).unwrap_or(match end.diagnosis.verdict_without_suspects.unwrap_or(end.diagnosis.verdict) {
+                Verdict::Indistinguishable => ToDo::Distinguish,
+                _ => ToDo::Stop,
+            });
         let refused = match &ladder.top {
             StopReason::NoStepHelps { tried } => tried.clone(),
             _ => Vec::new(),
@@ -123,5 +115,15 @@ impl Advice {
     #[must_use]
     pub fn effects(&self) -> &[EffectId] {
         self.step.as_ref().map_or(&[], |step| &step.added)
+    }
+}
+
+/// What is to be done where no step is tried.
+fn without_step(step: &LadderStep) -> Option<ToDo> {
+    match step.diagnosis.verdict {
+        _ if step.calibration.unconverged().is_some() => Some(ToDo::Unknown),
+        Verdict::DataDoNotFit => Some(ToDo::Unknown),
+        noise if noise.is_noise() => Some(ToDo::Nothing),
+        _ => None,
     }
 }
