@@ -1,5 +1,7 @@
 //! One link of the arm: its modified Denavit-Hartenberg row, its limits and its mass.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
 use crate::units::{DEG, Unit};
@@ -96,6 +98,31 @@ pub struct Link {
     pub mass: f64,
     /// Centre of mass in the link's MDH frame, m.
     pub com: Vector3<f64>,
+}
+
+impl Link {
+    /// The range in which postures are drawn, rad or m: the limits, or one turn about their middle where the joint can turn
+    /// twice or more. The second turn repeats every posture of the first, and an elbow cannot pass from one to the other: arm
+    /// and forearm are in the way.
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    ///
+    /// use calibench::robot::built_in;
+    ///
+    /// let ur10 = built_in("ur10").unwrap();
+    /// assert_eq!(ur10.links[2].limits, [-2.0 * PI, 2.0 * PI]);
+    /// assert_eq!(ur10.links[2].drawn_range(), [-PI, PI]);
+    /// ```
+    pub fn drawn_range(&self) -> [f64; 2] {
+        let [low, high] = self.limits;
+        if self.mdh.kind == JointKind::Revolute && high - low >= 2.0 * TAU {
+            let middle = 0.5 * (low + high);
+            [middle - PI, middle + PI]
+        } else {
+            self.limits
+        }
+    }
 }
 
 /// Position and Rz·Ry·Rx angles of a frame, `T = Tr(x, y, z) Rz(rz) Ry(ry) Rx(rx)` (paper Eq. 2).

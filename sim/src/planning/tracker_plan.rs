@@ -1,9 +1,10 @@
 //! The poses measured by the tracker, and the paths through them.
 
-use calibench::measure::dataset::{Measured, Sample};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
 use calibench::measure::poses::selection::{Quota, Request, Selection, select};
 use calibench::measure::poses::ways::{Blocked, BlockedPose, WayFinder, WayRequest, WaysError};
+use calibench::planning::pool::CellLayout;
 use calibench::robot::kinematics::world_from_tool;
 
 use super::error::PlanError;
@@ -61,16 +62,45 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Re
         count: TRACKER_POOL + scenario.tracker.validation_poses,
         seed,
     })?;
+    for _ in 1..ATTEMPTS {
+        match plan_of(scenario, &cell, &layout, seed, &free, start)? {
+            Ok(plan) => return Ok(plan),
+            // Poses that the arm cannot reach leave the pool, as those on balls do.
+            Err(unreached) => free.retain(|q| unreached.iter().all(|u| u.joints != *q)),
+        }
+    }
+    plan_of(scenario, &cell, &layout, seed, &free, start)?
+        .map_err(|unreached| WaysError::Blocked(unreached.into_iter().map(|u| u.pose).collect()).into())
+}
+
+/// Attempts to plan, the last one with an error where a pose cannot be reached.
+const ATTEMPTS: usize = 6;
+
+/// A pose that the arm cannot reach, and its joints, rad (N).
+struct Unreached {
+    pose: BlockedPose,
+    joints: Vec<f64>,
+}
+
+/// A plan of these free postures (rad, N), or those of its poses that cannot be reached.
+fn plan_of(
+    scenario: &Scenario,
+    cell: &Dataset,
+    layout: &CellLayout,
+    seed: u64,
+    free: &[Vec<f64>],
+    start: Option<&[f64]>,
+) -> Result<Result<TrackerPlan, Vec<Unreached>>, PlanError> {
     let TrackerToml { identification_poses, validation_poses, .. } = scenario.tracker;
     let wanted = identification_poses.max(scenario.plan.point_poses) + validation_poses;
     if free.len() < wanted {
         return Err(PlanError::TooFewFree { found: free.len(), wanted });
     }
-    let validation = free.split_off(free.len() - validation_poses);
+    let (free, validation) = free.split_at(free.len() - validation_poses);
     // Nominal positions: a point that contradicts the base would shift the estimate of the base.
     let nominal = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
     let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(nominal(q))));
-    let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model)?;
+    let design = PoolDesign::new(cell, samples.collect(), vec![0; free.len()], &scenario.model)?;
     let best = |poses: usize| {
         let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(poses)) };
         select(design.candidates(), &request)
@@ -81,33 +111,32 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Re
         0 => Vec::new(),
         poses => joints(&best(poses)?),
     };
-    let identification = joints(&selection);
-    let request = WayRequest::of(&cell, &layout.without_artifact, seed);
-    let [points, validation, identification] = match start {
-        Some(start) => tours(request, start, [points, validation, identification])?,
-        None => [points, validation, identification].map(Tour::direct),
+    let lists = [points, validation.to_vec(), joints(&selection)];
+    let tours = match start {
+        Some(start) => tours(WayRequest::of(cell, &layout.without_artifact, seed), start, lists),
+        None => Ok(lists.map(Tour::direct)),
     };
-    Ok(TrackerPlan { identification, chosen: design.chosen(&selection)?, points, validation })
+    let chosen = design.chosen(&selection)?;
+    Ok(tours.map(|[points, validation, identification]| TrackerPlan { identification, chosen, points, validation }))
 }
 
-/// The paths through three lists of postures in sequence, from `start`.
-fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<[Tour; 3], WaysError> {
+/// The paths through three lists of postures in sequence, from `start`, or the postures that cannot be reached.
+fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<[Tour; 3], Vec<Unreached>> {
     let mut finder = WayFinder::new(request, start.to_vec());
     let mut blocked = Vec::new();
     let mut from = start.to_vec();
     let tours = lists.map(|poses| {
-        let (tour, unreached) = through(&mut finder, &from, poses);
-        blocked.extend(unreached.into_iter().map(|(k, why)| BlockedPose {
-            pose: format!("tracker {}", k + 1),
-            ball: None,
-            why,
+        let (tour, unreached) = through(&mut finder, &from, poses.clone());
+        blocked.extend(unreached.into_iter().map(|(k, why)| Unreached {
+            pose: BlockedPose { pose: format!("tracker {}", k + 1), ball: None, why },
+            joints: poses[k].clone(),
         }));
         if let Some(last) = tour.poses.last() {
             from.clone_from(last);
         }
         tour
     });
-    if blocked.is_empty() { Ok(tours) } else { Err(WaysError::Blocked(blocked)) }
+    if blocked.is_empty() { Ok(tours) } else { Err(blocked) }
 }
 
 /// The paths through postures in sequence, from `start`; those that cannot be reached are omitted, and returned with
@@ -116,8 +145,8 @@ fn through(finder: &mut WayFinder<'_>, start: &[f64], poses: Vec<Vec<f64>>) -> (
     let (mut tour, mut blocked) = (Tour::default(), Vec::new());
     for (k, pose) in poses.into_iter().enumerate() {
         let from = tour.poses.last().map_or(start, Vec::as_slice);
-        match finder.stands(&pose).and_then(|()| finder.from_to(from, &pose)) {
-            Ok(way) => {
+        match finder.stands(&pose).and_then(|()| finder.to_any_turn(from, &pose)) {
+            Ok((pose, way)) => {
                 tour.via.push(way.via);
                 tour.poses.push(pose);
             }

@@ -56,6 +56,12 @@ fn no_plan_touches_anything(name: &str, seeds: Range<u64>) {
     }
 }
 
+/// The joints of a UR10 turn twice.
+#[test]
+fn no_plan_for_a_ur10_touches_anything() {
+    no_plan_touches_anything("blind-suite-ur10.toml", 1..2);
+}
+
 #[test]
 fn no_plan_for_the_paper_touches_anything() {
     no_plan_touches_anything("paper.toml", 41..45);

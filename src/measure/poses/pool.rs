@@ -148,7 +148,7 @@ impl Prober {
             }
             Inverse::Iterative(inverse) => {
                 let robot = request.robot;
-                let limits = |i: usize| within(robot.links[i].limits, request.margins.limit);
+                let limits = |i: usize| within(robot.links[i].drawn_range(), request.margins.limit);
                 let start: Vec<f64> = (0..robot.joints()).map(|i| between(limits(i), &mut random)).collect();
                 let mut arm = Chain::nominal(robot, request.base, request.tool);
                 let solution = inverse.solve(&mut arm, &world_from_tool, &start, limits);

@@ -9,6 +9,7 @@ mod plan;
 mod polyline;
 mod request;
 mod search;
+mod turns;
 mod whereabouts;
 
 pub use plan::{ArmAt, BlockedPose, HomeWays, MasteringPlace, WaysError, plan_ways};
@@ -112,6 +113,20 @@ impl<'a> WayFinder<'a> {
         }
         let path = search::path(&mut self.swept, &self.request, from, to, margin).ok_or(blocked)?;
         self.checked(&path, margin)
+    }
+
+    /// Finds a way to any of the joint angles (rad, N) that show a posture: as given, else turned by whole turns. The joints of
+    /// some arms turn twice, and what is in the way of one turn is not in the way of the other. Returns the joints reached.
+    ///
+    /// # Errors
+    /// When none is found: what is in the way of the joints as given.
+    pub fn to_any_turn(&mut self, from: &[f64], to: &[f64]) -> Result<(Vec<f64>, Way), Blocked> {
+        let blocked = match self.from_to(from, to) {
+            Ok(way) => return Ok((to.to_vec(), way)),
+            Err(blocked) => blocked,
+        };
+        let turned = turns::turned(self.request.robot, from, to);
+        turned.into_iter().find_map(|to| Some((to.clone(), self.from_to(from, &to).ok()?))).ok_or(blocked)
     }
 
     /// Finds the way between two postures whose ways home are known: `out` from the first one, `back` from the second.

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::polyline::turn;
 use super::request::WayRequest;
+use crate::robot::Link;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::SiteIndex;
 use crate::robot::solids::ClearanceCheck;
@@ -35,9 +36,10 @@ pub(super) fn home_postures(request: &WayRequest<'_>, postures: &[&[f64]]) -> Ve
         let q: Vec<f64> = robot
             .links
             .iter()
-            .map(|l| {
-                let keep = FROM_LIMITS.min(0.25 * (l.limits[1] - l.limits[0]));
-                l.limits[0] + keep + (l.limits[1] - l.limits[0] - 2.0 * keep) * random.random::<f64>()
+            .map(Link::drawn_range)
+            .map(|[low, high]| {
+                let keep = FROM_LIMITS.min(0.25 * (high - low));
+                low + keep + (high - low - 2.0 * keep) * random.random::<f64>()
             })
             .collect();
         posture.set(robot, base, tool, &q, &nominal);

@@ -126,9 +126,9 @@ pub fn plan_ways(
         let mut finder = WayFinder::new(request, home.clone());
         let mut to = BTreeMap::new();
         let mut blocked = Vec::new();
-        for pose in poses.iter() {
-            match finder.home_from(&pose.approach) {
-                Ok(way) => drop(to.insert(pose.id.clone(), reversed(way))),
+        for pose in poses.iter_mut() {
+            match finder.home_from(&pose.approach).map(reversed).or_else(|_| by_another_turn(&mut finder, pose)) {
+                Ok(way) => drop(to.insert(pose.id.clone(), way)),
                 Err(why) => blocked.push(blocked_pose(pose, bodies, why)),
             }
             // Another home may reach more.
@@ -149,6 +149,17 @@ pub fn plan_ways(
         }
     }
     Err(least_blocked.map_or(WaysError::NoHome, WaysError::Blocked))
+}
+
+/// The way from home to a pose at other whole turns of its joints, which are written into the pose.
+fn by_another_turn(finder: &mut WayFinder<'_>, pose: &mut PlannedPose) -> Result<Way, Blocked> {
+    let home = finder.home().to_vec();
+    let (reached, way) = finder.to_any_turn(&home, &pose.approach)?;
+    for (joint, angle) in reached.into_iter().enumerate() {
+        pose.contact[joint] += angle - pose.approach[joint];
+        pose.approach[joint] = angle;
+    }
+    Ok(way)
 }
 
 fn blocked_pose(pose: &PlannedPose, bodies: &[String], why: Blocked) -> BlockedPose {

@@ -10,12 +10,14 @@ use super::request::WayRequest;
 use crate::robot::kinematics::Posture;
 use crate::robot::sites::SiteIndex;
 use crate::robot::solids::{ClearanceCheck, SweptCheck};
-use crate::units::MM;
+use crate::units::{DEG, MM};
 
 /// Length of a branch, rad (norm over the joints).
 const BRANCH: f64 = 0.15;
 /// Branches tried before a search is given up.
 const TRIES: usize = 3_000;
+/// Range searched beyond the ends of a way, rad, of joints that can turn twice: room for a quarter of a turn aside.
+const BEYOND: f64 = 90.0 * DEG;
 /// Number of searches, the first with the widest clearance.
 const SEARCHES: u64 = 5;
 /// Largest reduction of the gap between two nodes, m: the search requires more than the way must have.
@@ -36,6 +38,16 @@ pub(super) fn path(
     let mut check = ClearanceCheck::new(robot, surroundings);
     let mut posture = Posture::new(robot);
     let nominal = vec![0.0; SiteIndex::new(robot.joints()).len()];
+    // Of a joint that can turn twice only the turn between the ends is searched, and a little beyond.
+    let ranges: Vec<[f64; 2]> = robot
+        .links
+        .iter()
+        .zip(from.iter().zip(to))
+        .map(|(link, (a, b))| match (link.drawn_range() == link.limits, link.limits) {
+            (true, limits) => limits,
+            (false, [low, high]) => [low.max(a.min(*b) - BEYOND), high.min(a.max(*b) + BEYOND)],
+        })
+        .collect();
     for search in 0..SEARCHES {
         let random = RefCell::new(ChaCha8Rng::seed_from_u64(seed));
         random.borrow_mut().set_stream((0xB1 << 56) | search);
@@ -49,7 +61,7 @@ pub(super) fn path(
         };
         let sample = || {
             let mut random = random.borrow_mut();
-            robot.links.iter().map(|l| l.limits[0] + (l.limits[1] - l.limits[0]) * random.random::<f64>()).collect()
+            ranges.iter().map(|[low, high]| low + (high - low) * random.random::<f64>()).collect()
         };
         let Ok(mut found) = rrt::dual_rrt_connect(from, to, &mut is_free, sample, BRANCH, TRIES) else { continue };
         // The library joins its two trees without checking the last branch.
