@@ -324,6 +324,8 @@ fn make(kind: Kind, number: usize, data: &mut Dataset, dice: &mut Dice) -> Optio
             data.robot = Arc::new(robot);
             names(&["dh_convention", "robot:"])
         }
+        // Three anchors and their mirror image are one triangle: the distances are the same.
+        (11, Kind::Distances) if data.anchors.len() == 3 => None,
         (11, _) => {
             let a = dice.below(3);
             points(data, |p| p[a] = -p[a]);
