@@ -4,6 +4,7 @@
 
 pub mod csv_table;
 pub mod disk;
+mod encoding;
 mod error;
 #[cfg(target_family = "wasm")]
 pub mod memory;
@@ -13,9 +14,11 @@ pub mod streams;
 mod text;
 mod toml_document;
 
+pub(crate) use encoding::Transcoded;
 pub use error::{FileError, FileErrorKind, cannot_be_read, cannot_be_written, one_line, with_reasons};
 pub use names::{name_remedy, nearest_name};
 pub(crate) use rows::{Record, Rows};
+pub(crate) use text::read_foreign_text;
 pub use text::read_text;
 pub use toml_document::{field_error, parse_toml};
 

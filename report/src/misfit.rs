@@ -3,12 +3,19 @@
 use calibench::residuals::misfit::{Abnormal, Cause, DataFit, Measure, Misfit, NominalFit, SlipTried, Unbelievable};
 use calibench::units::{DEG, MM};
 
+/// Smallest reach, m, in parts of which a residual is said: links shorter than that are those of a hand with crossing axes.
+const LEAST_REACH: f64 = 10.0 * MM;
+
 /// The residual of the nominal arm on a dataset, on one line.
 pub fn nominal_fit_line(fit: &NominalFit) -> String {
-    let share = 100.0 * fit.residual / fit.reach.max(f64::MIN_POSITIVE);
-    let all = if fit.plain > 1.02 * fit.residual { format!("; {} with all rows", length(fit.plain)) } else { String::new() };
+    // Two joints with crossing axes reach nowhere, and a share of that says nothing.
+    let share =
+        (fit.reach >= LEAST_REACH).then(|| format!("{:.2} % of the reach", 100.0 * fit.residual / fit.reach)).into_iter();
+    let all = (fit.plain > 1.02 * fit.residual).then(|| format!("{} with all rows", length(fit.plain)));
+    let more = share.chain(all).collect::<Vec<_>>().join("; ");
+    let more = if more.is_empty() { more } else { format!(" ({more})") };
     format!(
-        "The nominal arm, its base and a free tool fitted, leaves {} rms ({share:.2} % of the reach{all}); up to {} is expected.",
+        "The nominal arm, its base and a free tool fitted, leaves {} rms{more}; up to {} is expected.",
         length(fit.residual),
         length(fit.expected)
     )

@@ -56,6 +56,11 @@ impl<'a, R: BufRead> Rows<'a, R> {
         Rows { input, path, delimiter, next_line: 1 }
     }
 
+    /// The same, of which the first row stands on this line of the file.
+    pub fn starting_at(self, line: usize) -> Self {
+        Rows { next_line: line, ..self }
+    }
+
     fn error(&self, line: usize, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         FileError { line: Some(line), ..FileError::whole(self.path, problem, remedy) }
     }

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::disk::{is_folder, open_file};
+use super::encoding::in_utf8;
 use super::error::{FileError, cannot_be_read};
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
@@ -14,6 +15,22 @@ const LONGEST_TEXT: u64 = 64 << 20;
 /// # Errors
 /// When it cannot be read, is a directory, is empty, is longer than 64 MiB, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
+    let text = String::from_utf8(read_bytes(path)?).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
+    })?;
+    checked(path, text)
+}
+
+/// Reads a text file of somebody else's, in UTF-8 or ISO-8859-1.
+///
+/// # Errors
+/// As [`read_text`], but for the encoding.
+pub(crate) fn read_foreign_text(path: &Path) -> Result<String, FileError> {
+    checked(path, in_utf8(read_bytes(path)?))
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
@@ -24,10 +41,11 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     if bytes.len() as u64 > LONGEST_TEXT {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
-    })?;
+    Ok(bytes)
+}
+
+/// Text without its byte order mark, unless it is empty or none.
+fn checked(path: &Path, text: String) -> Result<String, FileError> {
     if let Some(at) = text.find('\0') {
         let line = 1 + text[..at].matches('\n').count();
         return Err(FileError {

@@ -53,12 +53,14 @@ impl Left {
 }
 
 /// The adjustment with the fewest parameters that leaves no more than all that are independent would, if that is far less than
-/// it leaves itself; otherwise the adjustment as it is. The parameters are judged at `at` (deviations, SI).
+/// it leaves itself; otherwise the adjustment as it is. The parameters are judged at `at`, and those that are not fitted keep
+/// their values of `judged` (deviations, SI).
 ///
 /// # Errors
 /// When a value is not finite.
 pub(super) fn asked_again(
     problem: &Problem,
+    judged: &[f64],
     at: &[f64],
     free: &[usize],
     adjustment: Adjustment,
@@ -91,7 +93,10 @@ pub(super) fn asked_again(
         if chosen.kept == best.kept() {
             continue;
         }
-        match fitted(problem, chosen, best.values()) {
+        // What was fitted before and no longer is goes back: an estimate is all that a calibration keeps of it.
+        let mut start = judged.to_vec();
+        chosen.kept.iter().for_each(|&p| start[p] = best.values()[p]);
+        match fitted(problem, chosen, &start) {
             Some(wider) if wider.chi2() < best.chi2() => {
                 iterations += wider.iterations();
                 best = wider;

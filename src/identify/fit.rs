@@ -134,6 +134,6 @@ fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize], 
         iterations += adjustment.iterations();
     }
     let at = found(&adjustment);
-    let (adjustment, more) = asked_again(problem, &at, free, adjustment)?;
+    let (adjustment, more) = asked_again(problem, judged, &at, free, adjustment)?;
     Ok(Fit { iterations: iterations + more, ..adjustment.into_fit(problem)? })
 }

@@ -54,6 +54,8 @@ pub(super) struct ColumnMap {
     pub delimiter: u8,
     pub decimal: char,
     pub header: bool,
+    /// Number of lines before the table.
+    pub skip_lines: usize,
     pub session_per_file: bool,
     /// Sheet of a workbook; the first that holds a table if `None`.
     pub sheet: Option<String>,
@@ -120,6 +122,7 @@ impl ColumnMap {
             delimiter,
             decimal: file.decimal,
             header: file.header,
+            skip_lines: file.skip_lines,
             session_per_file: file.session_per_file,
             sheet: file.sheet,
             join,
@@ -183,7 +186,7 @@ impl ColumnMap {
 
     /// The layout of the source.
     pub fn layout(&self) -> Layout<'_> {
-        Layout { delimiter: self.delimiter, header: self.header, sheet: self.sheet.as_deref() }
+        Layout { delimiter: self.delimiter, header: self.header, sheet: self.sheet.as_deref(), skip_lines: self.skip_lines }
     }
 
     /// True if a column of the source fills this column of the dataset.

@@ -1,24 +1,21 @@
 //! A column map proposed for an unknown table: what the columns are called and how large they are, decided by what fits the
 //! nominal arm best.
 
-use std::fmt::Write;
+mod balls;
+mod further;
+mod proposal;
+
 use std::path::{Path, PathBuf};
 
+use self::proposal::{Proposal, Tried, shown};
 use super::column_map::ColumnMap;
 use super::generic::by_map;
-use super::unknown_table::{Table, TableColumn};
+use super::unknown_table::Table;
 use super::{ImportError, ImportOptions, ImportReport, finished};
 use crate::files::FileError;
-use crate::measure::dataset::{Dataset, Measured};
-use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, JointKind, Robot};
+use crate::measure::dataset::Dataset;
+use crate::robot::Robot;
 use crate::units::MM;
-
-/// Number of unused columns that are named.
-const MOST_NAMED: usize = 12;
-
-/// Number of rows that are shown.
-const SHOWN: usize = 3;
 
 /// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
 /// ten micrometres off (docs/importing.md).
@@ -26,6 +23,9 @@ const COMPUTED: f64 = 0.015 * MM;
 
 /// Residual of a nominal arm, m, at which the proposal is settled: the worst arm that was seen leaves some ten millimetres.
 const FITS: f64 = 20.0 * MM;
+
+/// The same in parts of how far the positions are apart: arms of service robots are a twentieth off.
+const FITS_OF_SPREAD: f64 = 0.1;
 
 /// Fewest rows from which base and tool are found.
 const FEWEST: usize = 4;
@@ -70,6 +70,11 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     let (joints, why) = table.joints(robot).ok_or_else(|| no_columns(path, &table, robot))?;
     reasons.push(why);
     let triples = table.triples(&joints);
+    if triples.is_empty()
+        && let Some(found) = balls::guess(path, &table, robot, reference, &joints)
+    {
+        return Ok(Guess { reasons: reasons.into_iter().chain(found.reasons).collect(), ..found });
+    }
     if triples.is_empty() {
         return Err(no_columns(path, &table, robot).into());
     }
@@ -96,6 +101,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             point_unit: "mm",
             minus: None,
             commanded: None,
+            targets: Vec::new(),
         };
         let is_target = table.is_target(triple[0]);
         let mut found = if is_target { None } else { plain.best(path) };
@@ -114,16 +120,16 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         if found.is_none() {
             let differences = table.differences(&triple).into_iter();
             let tried = differences.filter_map(|minus| Proposal { minus: Some(minus), ..plain.clone() }.best(path));
-            found = tried.min_by(|a, b| a.residual.total_cmp(&b.residual));
+            found = tried.min_by(|a, b| a.share.total_cmp(&b.share));
         }
-        let fits = found.as_ref().is_some_and(|found| found.residual < FITS);
-        best = [best, found].into_iter().flatten().min_by(|a, b| a.residual.total_cmp(&b.residual));
+        let fits = found.as_ref().is_some_and(|found| found.residual < FITS.max(FITS_OF_SPREAD * found.residual / found.share));
+        best = [best, found].into_iter().flatten().min_by(|a, b| a.share.total_cmp(&b.share));
         // What is called a position and fits is one: commanded positions fit better still.
         if fits {
             break;
         }
     }
-    let Some(Tried { residual, mut proposal, mut dataset }) = best else {
+    let Some(Tried { residual, mut proposal, mut dataset, .. }) = best else {
         return Err(match reasons.get(2) {
             Some(computed) => {
                 let problem = format!("{computed}; nothing measured is left");
@@ -145,8 +151,14 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         dataset = proposal.read(path)?;
     }
     reasons.extend(proposal.reasons(residual));
-    let is_used =
-        |triple: &[usize; 3]| *triple == proposal.points || [proposal.minus, proposal.commanded].contains(&Some(*triple));
+    if proposal.minus.is_none() {
+        reasons.extend(further::add_targets(&mut proposal, &all, &dataset, residual, path));
+        dataset = proposal.read(path)?;
+    }
+    let is_target = |triple: &[usize; 3]| proposal.targets.iter().any(|(_, columns)| columns == triple);
+    let is_used = |triple: &[usize; 3]| {
+        *triple == proposal.points || is_target(triple) || [proposal.minus, proposal.commanded].contains(&Some(*triple))
+    };
     let other = all.iter().filter(|triple| !is_used(triple));
     for triple in other.filter(|triple| !triple.iter().any(|k| proposal.points.contains(k))) {
         let named = table.titles(triple);
@@ -156,14 +168,6 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     }
     reasons.extend(proposal.not_used());
     Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual, dataset })
-}
-
-/// A proposal and its fit.
-struct Tried<'a> {
-    /// Residual of the nominal arm, rms, m.
-    residual: f64,
-    proposal: Proposal<'a>,
-    dataset: Dataset,
 }
 
 fn no_columns(path: &Path, table: &Table, robot: &Robot) -> FileError {
@@ -186,170 +190,4 @@ fn no_fit(path: &Path, table: &Table, robot: &Robot, joints: &[usize]) -> FileEr
     );
     let remedy = "check that it is this robot, and that the units in the titles are those of the numbers; or write a map by hand (docs/importing.md)";
     FileError::whole(path, problem, remedy)
-}
-
-/// Units to try: that of the title, or all that are possible.
-fn units(table: &Table, columns: &[usize], known: &[&'static str]) -> Vec<&'static str> {
-    let stated = columns.iter().find_map(|&k| table.columns[k].unit).filter(|unit| known.contains(unit) || *unit == "um");
-    stated.map_or_else(|| known.to_vec(), |unit| vec![unit])
-}
-
-/// Assumptions about a table.
-#[derive(Clone)]
-struct Proposal<'a> {
-    table: &'a Table,
-    robot: &'a Robot,
-    reference: &'a str,
-    joints: &'a [usize],
-    joint_unit: &'static str,
-    points: [usize; 3],
-    point_unit: &'static str,
-    /// Columns subtracted from the positions.
-    minus: Option<[usize; 3]>,
-    /// Commanded positions.
-    commanded: Option<[usize; 3]>,
-}
-
-impl<'a> Proposal<'a> {
-    /// The same in the units that fit best; `None` if its rows cannot be read in any.
-    fn best(&self, path: &Path) -> Option<Tried<'a>> {
-        let joint_units = units(self.table, self.joints, &["deg", "rad"]);
-        let point_units = units(self.table, &self.points, &["mm", "m"]);
-        let all =
-            joint_units.iter().flat_map(|&joint_unit| point_units.iter().map(move |&point_unit| (joint_unit, point_unit)));
-        let tried = all.filter_map(|(joint_unit, point_unit)| {
-            let proposal = Proposal { joint_unit, point_unit, ..self.clone() };
-            let (residual, dataset) = proposal.residual(path)?;
-            Some(Tried { residual, proposal, dataset })
-        });
-        tried.min_by(|a, b| a.residual.total_cmp(&b.residual))
-    }
-
-    fn map(&self) -> String {
-        let Table { delimiter, decimal, header, .. } = self.table;
-        let delimiter = if *delimiter == b'\t' { "\\t".to_owned() } else { char::from(*delimiter).to_string() };
-        let mut map = format!(
-            "format = \"calibench-import/1\"\ndelimiter = \"{delimiter}\"\ndecimal = \"{decimal}\"\nheader = {header}\n\n[columns]\n"
-        );
-        for (i, &k) in self.joints.iter().enumerate() {
-            _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.unit_of_joint(i, k));
-        }
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            let minus = self.minus.map_or(String::new(), |minus| format!(", minus = {}", self.table.named(minus[i])));
-            let column = self.table.named(self.points[i]);
-            _ = writeln!(map, "{axis} = {{ column = {column}, unit = \"{}\"{minus} }}", self.point_unit);
-        }
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            if let Some(commanded) = self.commanded {
-                let column = self.table.named(commanded[i]);
-                _ = writeln!(map, "{axis}cmd = {{ column = {column}, unit = \"{}\" }}", self.point_unit);
-            }
-        }
-        if let Some(c) = self.temperature() {
-            _ = writeln!(map, "temp = {{ column = {}, unit = \"c\", optional = true }}", self.table.named(c.place - 1));
-        }
-        if let Some(c) = self.set() {
-            _ = writeln!(map, "set = {{ column = {} }}", self.table.named(c.place - 1));
-        }
-        _ = write!(
-            map,
-            "\n[dataset]\nrobot = \"{}\"\n\n# The target measured, in the frame of the flange: fitted, from 0, 0, 0.\n[dataset.tool]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\nfree = true\n",
-            self.reference
-        );
-        map
-    }
-
-    fn temperature(&self) -> Option<&TableColumn> {
-        self.table.columns.iter().find(|c| c.stem.contains("temp") && c.largest.is_some_and(|v| v < 100.0))
-    }
-
-    /// The column that says which rows are for validation.
-    fn set(&self) -> Option<&TableColumn> {
-        self.table.columns.iter().find(|c| c.is_set)
-    }
-
-    /// The columns that the map leaves out.
-    fn not_used(&self) -> Option<String> {
-        let of_map = [self.temperature(), self.set()].into_iter().flatten().map(|c| c.place - 1);
-        let used: Vec<usize> = self
-            .joints
-            .iter()
-            .chain(&self.points)
-            .chain([self.minus, self.commanded].iter().flatten().flatten())
-            .copied()
-            .chain(of_map)
-            .collect();
-        let left: Vec<usize> = (0..self.table.columns.len()).filter(|k| !used.contains(k)).collect();
-        let named: Vec<String> = left.iter().take(MOST_NAMED).map(|&k| self.table.title(k)).collect();
-        let rest = if left.len() > MOST_NAMED { format!(" and {} more", left.len() - MOST_NAMED) } else { String::new() };
-        (!left.is_empty()).then(|| format!("not used: {}{rest}", named.join(", ")))
-    }
-
-    /// Unit of joint `i` in column `k`: that of a prismatic joint is in its title, or else that of the positions.
-    fn unit_of_joint(&self, i: usize, k: usize) -> &'static str {
-        let stated = self.table.columns[k].unit.filter(|unit| ["mm", "m", "um"].contains(unit));
-        match self.robot.kind(i) {
-            JointKind::Revolute => self.joint_unit,
-            JointKind::Prismatic => stated.unwrap_or(self.point_unit),
-        }
-    }
-
-    /// The rows, read so.
-    fn read(&self, path: &Path) -> Result<Dataset, ImportError> {
-        let (map, dataset) = ColumnMap::parse(Path::new("map"), &self.map(), Path::new(""))?;
-        Ok(by_map(&map, dataset, &[path.to_path_buf()], &ImportOptions::default().sets)?.0)
-    }
-
-    /// Residual of the nominal arm with base and tool fitted, rms, m, and the dataset; `None` if the rows cannot be read so.
-    fn residual(&self, path: &Path) -> Option<(f64, Dataset)> {
-        let dataset = self.read(path).ok()?;
-        let misses = dataset.samples.iter().filter_map(|s| {
-            let Measured::Point(point) = s.measured else { return None };
-            Some(
-                (world_from_tool(&dataset.robot, &dataset.base, &dataset.tool, &s.q).translation.vector - point).norm_squared(),
-            )
-        });
-        let misses: Vec<f64> = misses.collect();
-        // The tool is somewhere on the flange: positions in m that are taken for mm fit a tool of any length.
-        let believable = FramePose::default() != dataset.base && dataset.tool.xyz.iter().all(|v| v.abs() < 1.5);
-        let mean = misses.iter().sum::<f64>() / misses.len().max(1) as f64;
-        (believable && mean.is_finite()).then(|| (mean.sqrt(), dataset))
-    }
-
-    fn reasons(&self, residual: f64) -> [String; 3] {
-        let named = |columns: [usize; 3]| self.table.titles(&columns);
-        let points = match self.minus {
-            None => format!("positions: {}", named(self.points)),
-            Some(minus) => format!(
-                "positions: {} minus {}, if these are target minus measured; the fit is as good if they are measured minus target, so check which",
-                named(self.points),
-                named(minus)
-            ),
-        };
-        // Units in the titles are taken at their word; others are tried.
-        let by = |columns: &[usize], of: &[&'static str]| match units(self.table, columns, of).len() {
-            1 => ", as the titles say",
-            _ => ", which fit the nominal arm best",
-        };
-        let (joints, points_by) = (by(self.joints, &["deg", "rad"]), by(&self.points, &["mm", "m"]));
-        [
-            points,
-            format!("units: joints in {}{}, positions in {}{}", self.joint_unit, joints, self.point_unit, points_by),
-            format!("with base and tool fitted, the nominal arm leaves {:.3} mm rms", residual / MM),
-        ]
-    }
-}
-
-/// The first rows in the units of a dataset.
-fn shown(dataset: &Dataset) -> Vec<String> {
-    let row = |s: &crate::measure::dataset::Sample| {
-        let joint = |(q, kind): (&f64, JointKind)| match kind {
-            JointKind::Revolute => format!("{:.3}", q.to_degrees()),
-            JointKind::Prismatic => format!("{:.3} mm", q / MM),
-        };
-        let q: Vec<String> = s.q.iter().zip(dataset.robot.kinds()).map(joint).collect();
-        let Measured::Point(p) = s.measured else { return String::new() };
-        format!("{}: joints {} deg; position {:.3}, {:.3}, {:.3} mm", s.id, q.join(", "), p.x / MM, p.y / MM, p.z / MM)
-    };
-    dataset.samples.iter().take(SHOWN).map(row).collect()
 }

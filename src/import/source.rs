@@ -9,7 +9,7 @@ use calamine::{Data, Reader, Xlsx, XlsxError};
 
 use super::ImportReport;
 use crate::files::disk::{OpenFile, is_folder, open_file};
-use crate::files::{FileError, Rows, read_text};
+use crate::files::{FileError, Rows, Transcoded, read_foreign_text};
 
 /// Extensions of workbooks.
 const WORKBOOKS: [&str; 2] = ["xlsx", "xlsm"];
@@ -26,6 +26,8 @@ pub(super) struct Layout<'a> {
     pub header: bool,
     /// Sheet of a workbook; the first that holds a table if `None`.
     pub sheet: Option<&'a str>,
+    /// Number of lines before the table.
+    pub skip_lines: usize,
 }
 
 /// Rule by which rows of several files belong together.
@@ -43,15 +45,23 @@ pub(super) fn open_source(path: &Path, layout: Layout<'_>) -> Result<Box<dyn Buf
         return Err(FileError::whole(path, "is a directory", "name the files in it"));
     }
     if is_workbook(path) {
-        return Ok(Box::new(Cursor::new(sheet_text(path, layout)?)));
+        let mut lines = Cursor::new(sheet_text(path, layout)?);
+        for _ in 0..layout.skip_lines {
+            lines.skip_until(b'\n').map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
+        }
+        return Ok(Box::new(lines));
     }
     if layout.delimiter == b' ' {
         let line = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let lines: Vec<String> = read_text(path)?.lines().map(line).collect();
+        let lines: Vec<String> = read_foreign_text(path)?.lines().skip(layout.skip_lines).map(line).collect();
         return Ok(Box::new(Cursor::new(lines.join("\n").into_bytes())));
     }
-    let file = open_file(path).map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
-    Ok(Box::new(BufReader::new(file)))
+    let unreadable = |e| FileError::whole(path, format!("cannot be read: {e}"), "check the path");
+    let mut lines = BufReader::new(Transcoded::new(open_file(path).map_err(unreadable)?));
+    for _ in 0..layout.skip_lines {
+        lines.skip_until(b'\n').map_err(unreadable)?;
+    }
+    Ok(Box::new(lines))
 }
 
 pub(super) fn is_workbook(path: &Path) -> bool {
@@ -132,7 +142,7 @@ struct Part {
 
 impl Part {
     fn read(path: &Path, layout: Layout<'_>) -> Result<Self, FileError> {
-        let mut rows = Rows::new(open_source(path, layout)?, path, layout.delimiter);
+        let mut rows = Rows::new(open_source(path, layout)?, path, layout.delimiter).starting_at(layout.skip_lines + 1);
         let text = |fields: &csv::StringRecord| fields.iter().map(|f| f.trim().to_owned()).collect::<Vec<_>>();
         let titles = if layout.header { rows.next()?.map(|r| text(&r.fields)) } else { None };
         let mut part = Part { titles: titles.unwrap_or_default(), rows: Vec::new() };

@@ -55,7 +55,8 @@ pub(super) fn read_table(
     report: &mut ImportReport,
 ) -> Result<(), ImportError> {
     let &TableFile { path, label, .. } = table;
-    let mut rows = Rows::new(table.open(map)?, path, map.delimiter);
+    let mut rows = Rows::new(table.open(map)?, path, map.delimiter)
+        .starting_at(1 + if table.joined.is_none() { map.skip_lines } else { 0 });
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
     let maps = map.by_point();
@@ -303,7 +304,11 @@ fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal:
         None => return Ok(text.to_owned()),
         Some(measure) => *measure,
     }) else {
-        return Ok(timestamp(text).map(|seconds| seconds.to_string()).unwrap_or_default());
+        let is_whole = text.len() == 14 && text.bytes().all(|b| b.is_ascii_digit());
+        return match timestamp(text) {
+            None if is_whole => Err(format!("{}: there is no date or time of day `{text}`", column.quantity())),
+            seconds => Ok(seconds.map(|seconds| seconds.to_string()).unwrap_or_default()),
+        };
     };
     let minus = places.minus.map(|place| parse(field(place))).transpose()?.unwrap_or(0.0);
     let value = source.scale * parse(text)? + source.offset - minus;
@@ -324,7 +329,14 @@ fn timestamp(text: &str) -> Option<i64> {
     let part = |from: usize, to: usize| text[from..to].parse::<i64>().ok();
     let (year, month, day) = (part(0, 4)?, part(4, 6)?, part(6, 8)?);
     let (hour, minute, second) = (part(8, 10)?, part(10, 12)?, part(12, 14)?);
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || hour > 23 || minute > 59 || second > 60 {
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 => 28 + i64::from(is_leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    if !(1..=days).contains(&day) || hour > 23 || minute > 59 || second > 60 {
         return None;
     }
     // Days of the proleptic Gregorian calendar, counted in years that begin in March so that the leap day comes last.
@@ -351,7 +363,9 @@ mod tests {
         ] {
             assert_eq!(timestamp(text), Some(seconds), "{text}");
         }
-        for text in ["2,02011E+13", "20201100000000", "2020071416390", "20200714246060"] {
+        // 30 February, 31 April, and 29 February of years that are not leap years.
+        let never = ["20200230000000", "20210431000000", "20210229000000", "21000229000000"];
+        for text in ["2,02011E+13", "20201100000000", "2020071416390", "20200714246060"].into_iter().chain(never) {
             assert_eq!(timestamp(text), None, "{text}");
         }
     }

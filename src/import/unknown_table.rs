@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::source::{Layout, is_workbook, open_source};
-use crate::files::{FileError, Rows, read_text};
+use crate::files::{FileError, Rows, read_foreign_text};
 use crate::robot::Robot;
 
 /// Number of rows that are examined.
@@ -26,9 +26,23 @@ pub(super) struct TableColumn {
     pub unit: Option<&'static str>,
     /// True if every entry is `fit` or `validation`, and both occur.
     pub is_set: bool,
+    /// The different entries of a column of few, in their order.
+    pub labels: Vec<String>,
     /// Largest number; `None` if more entries than may have failed are not numbers.
     pub largest: Option<f64>,
 }
+
+/// Number of lines that are looked at for the delimiter.
+const LOOKED_AT: usize = 60;
+
+/// Most lines before a table.
+const MOST_SKIPPED: usize = 40;
+
+/// Fewest lines of a table that has lines before it.
+const LEAST_LINES: usize = 5;
+
+/// Most different entries of a column that names things.
+const MOST_LABELS: usize = 200;
 
 /// Largest share of the entries of a column of numbers that are not numbers, as where a measurement failed.
 const FAILED: f64 = 0.1;
@@ -38,6 +52,8 @@ pub(super) struct Table {
     pub delimiter: u8,
     pub decimal: char,
     pub header: bool,
+    /// Number of lines before the table.
+    pub skip_lines: usize,
     /// Number of rows that were looked at.
     pub rows: usize,
     pub columns: Vec<TableColumn>,
@@ -45,14 +61,25 @@ pub(super) struct Table {
 
 impl Table {
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let delimiter = if is_workbook(path) { b',' } else { delimiter(path)? };
-        let mut rows = Rows::new(open_source(path, Layout { delimiter, header: true, sheet: None })?, path, delimiter);
+        let (delimiter, mut skip_lines) = if is_workbook(path) { (b',', 0) } else { delimiter(path)? };
+        let layout = Layout { delimiter, header: true, sheet: None, skip_lines };
+        let mut rows = Rows::new(open_source(path, layout)?, path, delimiter).starting_at(skip_lines + 1);
         let mut records: Vec<Vec<String>> = Vec::new();
+        let mut lines: Vec<usize> = Vec::new();
         while let Some(row) = rows.next()? {
+            lines.push(row.line);
             records.push(row.fields.iter().map(|f| f.trim().to_owned()).collect());
             if records.len() == ROWS {
                 break;
             }
+        }
+        // A title above a table fills a cell or two of a line that is as long as the others.
+        let filled = |r: &Vec<String>| r.iter().filter(|t| !t.is_empty()).count();
+        let most = records.iter().take(LOOKED_AT).map(filled).max().unwrap_or(0);
+        let titles = records.iter().take(MOST_SKIPPED).take_while(|r| 2 * filled(r) < most).count();
+        if titles > 0 && titles < records.len() {
+            skip_lines = lines[titles] - 1;
+            records.drain(..titles);
         }
         let Some(first) = records.first() else {
             return Err(FileError::whole(path, "is empty", "give a table"));
@@ -71,12 +98,23 @@ impl Table {
             let has = |word: &str| entries.iter().any(|t| t.as_str() == word);
             let is_set = has("fit") && has("validation") && entries.iter().all(|t| ["fit", "validation"].contains(&t.as_str()));
             let (stem, unit) = without_unit(&title);
-            TableColumn { place: k + 1, title, stem, unit, is_set, largest }
+            let mut labels: Vec<String> = Vec::new();
+            for &entry in &entries {
+                if !labels.contains(entry) {
+                    labels.push(entry.clone());
+                }
+                if labels.len() > MOST_LABELS {
+                    labels.clear();
+                    break;
+                }
+            }
+            TableColumn { place: k + 1, title, stem, unit, is_set, labels, largest }
         };
         Ok(Table {
             delimiter,
             decimal,
             header,
+            skip_lines,
             rows: records.len(),
             columns: titles.into_iter().enumerate().map(column).collect(),
         })
@@ -90,6 +128,16 @@ impl Table {
         };
         let header = if self.header { "with a header" } else { "without a header: columns are named by their place" };
         format!("fields separated by {fields}, decimal sign `{}`, {header}", self.decimal)
+    }
+
+    /// The first lines of a map for the table.
+    pub fn layout(&self) -> String {
+        let Table { delimiter, decimal, header, skip_lines, .. } = self;
+        let delimiter = if *delimiter == b'\t' { "\\t".to_owned() } else { char::from(*delimiter).to_string() };
+        let skip = if *skip_lines > 0 { format!("skip_lines = {skip_lines}\n") } else { String::new() };
+        format!(
+            "format = \"calibench-import/1\"\ndelimiter = \"{delimiter}\"\ndecimal = \"{decimal}\"\nheader = {header}\n{skip}"
+        )
     }
 
     /// Columns of the joints, and the reason.
@@ -198,19 +246,27 @@ impl Table {
     }
 }
 
-/// The delimiter that splits the first lines into the same number of fields, at least nine.
-fn delimiter(path: &Path) -> Result<u8, FileError> {
-    let text = read_text(path)?;
-    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).take(20).collect();
+/// The delimiter that splits the first lines into the same number of fields, at least six, and the number of lines before them:
+/// titles, dates and remarks.
+fn delimiter(path: &Path) -> Result<(u8, usize), FileError> {
+    let text = read_foreign_text(path)?;
+    let all: Vec<&str> = text.lines().take(LOOKED_AT).collect();
     let fields = |line: &str, mark: u8| match mark {
         b' ' => line.split_whitespace().count(),
         _ => line.split(char::from(mark)).count(),
     };
-    let regular = |mark: &u8| {
+    let regular = |skipped: usize, mark: &u8| {
+        let lines: Vec<&&str> = all[skipped..].iter().filter(|l| !l.trim().is_empty()).collect();
         let count = lines.first().map_or(0, |line| fields(line, *mark));
-        count >= 6 && lines.iter().all(|line| fields(line, *mark) == count)
+        // Lines before a table are few, and the table is longer.
+        let enough = skipped == 0 || lines.len() >= LEAST_LINES;
+        // A row of numbers in which some failed may end early; a table that begins further down has all of its fields.
+        enough && count >= 6 && lines.iter().all(|line| fields(line, *mark) == count)
     };
-    let found = [b';', b'\t', b',', b' '].into_iter().find(regular);
+    let found =
+        (0..all.len().min(MOST_SKIPPED + 1)).filter(|&skipped| skipped == 0 || !all[skipped].trim().is_empty()).find_map(
+            |skipped| [b';', b'\t', b',', b' '].into_iter().find(|mark| regular(skipped, mark)).map(|mark| (mark, skipped)),
+        );
     found.ok_or_else(|| {
         FileError::whole(
             path,

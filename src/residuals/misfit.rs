@@ -10,6 +10,7 @@ mod data_fit;
 mod expected;
 mod frames;
 mod freed;
+mod instrument;
 mod orientation_slips;
 mod orientations;
 mod row_blocks;
@@ -89,6 +90,7 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         .or_else(|| judged.places(which, name))
         .or_else(|| judged.orientations())
         .or_else(|| judged.targets())
+        .or_else(|| judged.instrument())
         .or_else(|| judged.ball_distances());
     Some(DataFit { misfit, nominal })
 }
@@ -154,6 +156,14 @@ impl Judged<'_> {
 }
 
 impl Judged<'_> {
+    fn instrument(&self) -> Option<Misfit> {
+        if self.fitted.dof < LEAST_FREEDOM {
+            return None;
+        }
+        let instrument::Instrument { left, slips } = instrument::judge(self.some)?;
+        Some(self.misfit(Measure::Places, [left, self.nominal.expected], Cause::Slips, slips))
+    }
+
     fn ball_distances(&self) -> Option<Misfit> {
         let (left, most, slips) = ties::judge(self.some, self.nominal.reach)?;
         let cause = if slips.is_empty() { Cause::Unknown } else { Cause::Slips };

@@ -23,7 +23,7 @@ pub use self::rewrite::{JointOrigin, calibrated_urdf, joint_origins};
 use self::rows::ChainRows;
 use super::guessed_masses::guess_masses;
 use super::{FramePose, JointKind, Link, Robot};
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, read_foreign_text};
 
 /// Limits of a joint without any: one turn either way, rad, or some metres, m.
 fn without_limits(kind: JointKind) -> [f64; 2] {
@@ -87,7 +87,7 @@ fn cut(joint: &document::UrdfJoint) -> ([f64; 2], Option<String>) {
 /// # Errors
 /// With the line, if the file is not a URDF, or has no such chain.
 pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileError> {
-    let text = read_text(path)?;
+    let text = read_foreign_text(path)?;
     let document = UrdfDocument::read(path, &text)?;
     let chain = UrdfChain::find(&document, ends, path)?;
     let (_, tip) = chain.poses();

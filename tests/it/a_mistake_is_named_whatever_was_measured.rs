@@ -102,7 +102,7 @@ fn campaign(kind: Kind, dice: &mut Dice, sizes: f64, moving: usize) -> Dataset {
         robot.links.iter().enumerate().map(one).collect()
     };
     if kind == Kind::Distances {
-        for k in 0..4 {
+        for k in 0..3 + dice.below(2) {
             let at = Vector3::new(dice.between(-3.0, 3.0), dice.between(-3.0, 3.0), dice.between(0.2, 2.5));
             data.anchors.push(Anchor { id: format!("a{}", k + 1), position: at });
         }
@@ -324,6 +324,8 @@ fn make(kind: Kind, number: usize, data: &mut Dataset, dice: &mut Dice) -> Optio
             data.robot = Arc::new(robot);
             names(&["dh_convention", "robot:"])
         }
+        // Three anchors and their mirror image are one triangle: the distances are the same.
+        (11, Kind::Distances) if data.anchors.len() == 3 => None,
         (11, _) => {
             let a = dice.below(3);
             points(data, |p| p[a] = -p[a]);
@@ -439,12 +441,12 @@ fn make(kind: Kind, number: usize, data: &mut Dataset, dice: &mut Dice) -> Optio
             names(&["distances_squared"])
         }
         (17, Kind::Distances) => {
-            let more = dice.sign() * dice.between(30.0, 120.0) * MM;
+            let more = dice.sign() * dice.between(0.0, 5.0).exp() * MM;
             distances(data, |d| d + more);
             names(&["distance_constant"])
         }
         (18, Kind::Distances) => {
-            let by = 1.0 + dice.sign() * dice.between(0.02, 0.1);
+            let by = 1.0 + dice.sign() * dice.between(-8.0, -2.3).exp();
             distances(data, |d| d * by);
             names(&["scale:distances"])
         }
@@ -459,10 +461,20 @@ fn make(kind: Kind, number: usize, data: &mut Dataset, dice: &mut Dice) -> Optio
             names(&["anchors_swapped:a1:a3"])
         }
         (21, Kind::Distances) => {
-            let off = dice.vector(1.0).normalize() * dice.between(0.05, 0.3);
+            let off = dice.vector(1.0).normalize() * dice.between(0.01, 0.3);
             let a = dice.below(data.anchors.len());
             data.anchors[a].position += off;
             one(format!("anchor:{}", data.anchors[a].id))
+        }
+        (22, Kind::Distances) => {
+            let more = dice.sign() * dice.between(1.0, 60.0) * MM;
+            let a = dice.below(data.anchors.len());
+            for s in &mut data.samples {
+                if let Measured::Distance { anchor, distance } = &mut s.measured {
+                    *distance += if *anchor == a { more } else { 0.0 };
+                }
+            }
+            one(format!("distance_constant:{}", data.anchors[a].id))
         }
         (15, Kind::Targets) => {
             let t = dice.below(2);

@@ -1,10 +1,11 @@
 //! Mistakes that were met in the field, in small: each is named, and none is taken for the arm or for noise.
 
 use calibench::identify::problem::Use;
+use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::dataset::file::read_dataset;
 use calibench::measure::dataset::{Dataset, NamedDataset};
-use calibench::residuals::misfit::{Cause, data_fit};
+use calibench::residuals::misfit::{Cause, abnormal, data_fit};
 
 fn folder(name: &str) -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/slips").join(name)
@@ -27,6 +28,8 @@ fn a_mistake_that_was_met_is_named() {
         ("quaternion_order", "orientation_form"),
         ("copied_target", "copied:"),
         ("target_in_metres", "unit:target:b"),
+        ("one_anchor_elsewhere", "anchor:a1"),
+        ("scale_of_distances", "scale:distances"),
     ];
     let datasets = [
         ("stale_camera", "joints_constant"),
@@ -52,4 +55,13 @@ fn a_mistake_that_was_met_is_named() {
 fn poses_of_one_orientation_are_refused_at_import() {
     let error = table("one_orientation").expect_err("base and tool cannot be told apart");
     assert!(error.contains("all poses have one orientation") && error.contains("two axes"), "{error}");
+}
+
+/// What is asked again is fitted without some of what was fitted before, which must not stay where it was.
+#[test]
+fn touches_of_one_pin_that_are_asked_again_are_read_back() {
+    let dataset = read_dataset(&folder("one_pin")).expect("a dataset");
+    let calibration = identify(&[NamedDataset::new("", &dataset)], &Model::default()).expect("a calibration");
+    let abnormal = abnormal(&calibration);
+    assert_eq!(abnormal.first().and_then(|a| a.zero_of), Some(4), "{abnormal:?}");
 }

@@ -18,6 +18,8 @@ pub struct MapToml {
     #[serde(default = "yes")]
     pub header: bool,
     #[serde(default)]
+    pub skip_lines: usize,
+    #[serde(default)]
     pub session_per_file: bool,
     pub sheet: Option<String>,
     pub join: Option<String>,

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::campaign::Campaign;
+use super::campaign::{Campaign, Seen};
 use super::frames::{FrameFit, Frames, flanges};
 use crate::effects::EffectId;
 use crate::effects::{self, Subject};
@@ -149,35 +149,54 @@ fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     if largest > 0.0 { torques * (DEFLECTION / largest) } else { torques }
 }
 
+/// Derivatives of the residuals of a campaign: three rows per shot, of a distance the first of them.
+pub(super) struct Designs {
+    /// With respect to the unknown frames, negative.
+    pub frames: DMatrix<f64>,
+    /// Displacements by a one-sigma size of each effect of the arm, m.
+    pub arm: DMatrix<f64>,
+}
+
+impl Designs {
+    pub fn of(campaign: &Campaign, frames: &Frames) -> Self {
+        Self::with(campaign, frames, columns(campaign, frames))
+    }
+
+    fn with(campaign: &Campaign, frames: &Frames, mut arm: DMatrix<f64>) -> Self {
+        let flanges = flanges(&campaign.robot, campaign);
+        let fit = FrameFit::new(campaign, &flanges);
+        let mut design = DMatrix::<f64>::zeros(arm.nrows(), fit.unknowns());
+        for k in 0..campaign.shots.len() {
+            let row = fit.row(k, frames);
+            for (at, block) in &row.blocks[..row.used] {
+                design.fixed_view_mut::<3, 3>(3 * k, *at).copy_from(block);
+            }
+            if let Seen::Distance { anchor, .. } = campaign.shots[k].seen {
+                let held = frames.bases[campaign.shots[k].setup] * flanges[k];
+                let tcp = held.transform_point(&frames.tools[campaign.shots[k].setup].into()).coords;
+                let along = (tcp - frames.anchors[anchor]).normalize().transpose() * arm.fixed_rows::<3>(3 * k);
+                arm.fixed_rows_mut::<3>(3 * k).fill(0.0);
+                arm.row_mut(3 * k).copy_from(&along);
+            }
+        }
+        Designs { frames: design, arm }
+    }
+}
+
 /// Columns after projection orthogonal to the unknown frames.
 ///
 /// # Errors
 /// When a column is not finite.
-fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
-    let flanges = flanges(&campaign.robot, campaign);
-    let fit = FrameFit::new(campaign, &flanges);
-    if fit.unknowns() == 0 {
-        return Ok(columns);
-    }
-    let mut design = DMatrix::<f64>::zeros(columns.nrows(), fit.unknowns());
-    for k in 0..campaign.shots.len() {
-        let row = fit.row(k, frames);
-        for (at, block) in &row.blocks[..row.used] {
-            design.fixed_view_mut::<3, 3>(3 * k, *at).copy_from(block);
-        }
-        if let super::campaign::Seen::Distance { anchor, .. } = campaign.shots[k].seen {
-            let held = frames.bases[campaign.shots[k].setup] * flanges[k];
-            let tcp = held.transform_point(&frames.tools[campaign.shots[k].setup].into()).coords;
-            let along = (tcp - frames.anchors[anchor]).normalize().transpose() * columns.fixed_rows::<3>(3 * k);
-            columns.fixed_rows_mut::<3>(3 * k).fill(0.0);
-            columns.row_mut(3 * k).copy_from(&along);
-        }
+fn without_frames(campaign: &Campaign, frames: &Frames, columns: DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
+    let Designs { frames: design, arm } = Designs::with(campaign, frames, columns);
+    if design.ncols() == 0 {
+        return Ok(arm);
     }
     let mut normal = design.tr_mul(&design);
     let size = normal.diagonal().max();
     (0..normal.nrows()).for_each(|k| normal[(k, k)] += 1e-12 * size);
-    let held = cholesky(normal)?.solve(&design.tr_mul(&columns));
-    Ok(columns - design * held)
+    let held = cholesky(normal)?.solve(&design.tr_mul(&arm));
+    Ok(arm - design * held)
 }
 
 /// 99.9 % quantile and median of a quadratic form of standard normal variables.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::chain::{ChainEnds, UrdfChain};
 use super::document::{JointType, OriginPlace, UrdfDocument};
 use super::rows::ChainRows;
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, read_foreign_text};
 use crate::robot::{FramePose, Pose, Robot};
 
 /// Largest difference between the calibration's nominal robot and that of the file, m and rad.
@@ -31,7 +31,7 @@ pub fn joint_origins(
     nominal: &Robot,
     calibrated: &Robot,
 ) -> Result<Vec<JointOrigin>, FileError> {
-    let text = read_text(path)?;
+    let text = read_foreign_text(path)?;
     let document = UrdfDocument::read(path, &text)?;
     let chain = UrdfChain::find(&document, ends, path)?;
     Ok(origins(&chain, nominal, calibrated, path)?.into_iter().map(|(_, origin)| origin).collect())
@@ -42,7 +42,7 @@ pub fn joint_origins(
 /// # Errors
 /// As [`joint_origins`].
 pub fn calibrated_urdf(path: &Path, ends: &ChainEnds, nominal: &Robot, calibrated: &Robot) -> Result<String, FileError> {
-    let text = read_text(path)?;
+    let text = read_foreign_text(path)?;
     let document = UrdfDocument::read(path, &text)?;
     let chain = UrdfChain::find(&document, ends, path)?;
     let mut edits = Vec::new();
