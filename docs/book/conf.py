@@ -1,6 +1,6 @@
 """Web pages of README, docs and what they link to: Sphinx reads the Markdown as it is in the repository, from its root.
 
-docs/README.md is the list of contents. Every link is checked: to pages, to headings (named as a forge names them) and to files of the repository,
+docs/README.md is the list of contents: the pages of its lists are in the side bar. Every link is checked: to pages, to headings (named as a forge names them) and to files of the repository,
 which are copied beside the pages.
 """
 
@@ -54,18 +54,21 @@ def toctree(entries: list[str], caption: str = "") -> str:
     return "\n".join(["", "```{toctree}", f":hidden:\n{named}", *entries, "```", ""])
 
 
+def contents() -> list[tuple[str, list[tuple[str, str]]]]:
+    """The parts of docs/README.md: a heading, and the pages of the list under it."""
+    parts = re.split(r"^## ", (ROOT / "docs/README.md").read_text(), flags=re.MULTILINE)[1:]
+    return [(part.split("\n")[0], [(said, page.removeprefix("docs/../")) for said, page in links(part)]) for part in parts]
+
+
 def with_contents(app, name, source):
-    """Gives the first page the contents of docs/README.md, a caption a heading, and the README of a folder the pages beside it."""
+    """Gives the first page the contents of docs/README.md, a caption a heading. All other pages stay out of the side bar: links lead to them."""
+    parts = contents()
     if name == root_doc:
-        for part in re.split(r"^## ", (ROOT / "docs/README.md").read_text(), flags=re.MULTILINE)[1:]:
-            pages = [(said, page.removeprefix("docs/../")) for said, page in links(part)]
-            source[0] += toctree([f"{said} <{page}>" for said, page in pages if page != root_doc], part.split("\n")[0])
+        for caption, pages in parts:
+            source[0] += toctree([f"{said} <{page}>" for said, page in pages if page != root_doc], caption)
         source[0] += toctree(["docs/README"], "All pages")
-    elif name.endswith("/README") and name != "docs/README":
-        folder = (ROOT / name).parent
-        beside = sorted(page.stem for page in folder.glob("*.md") if page.stem != "README")
-        if beside:
-            source[0] += toctree(beside)
+    elif name != "docs/README" and not any(page == name for _, pages in parts for _, page in pages):
+        source[0] = f"---\norphan: true\n---\n\n{source[0]}"
 
 
 # What the theme leaves out, found by axe-core: what scrolls can be reached by keys, and what has a role has its attributes.

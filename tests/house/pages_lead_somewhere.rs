@@ -121,6 +121,45 @@ fn every_link_leads_to_a_file_and_to_its_heading() {
     assert!(followed > 300, "only {followed} links were found in {} pages", pages.len());
 }
 
+/// The contents of the book.
+const CONTENTS: &str = "docs/README.md";
+
+/// Pages of the side bar at most: more are not looked through.
+const SIDE_BAR: usize = 24;
+
+/// Pages that a page links to.
+fn linked(page: &Path) -> Vec<PathBuf> {
+    let text = read(&page.to_string_lossy());
+    let folder = page.parent().unwrap();
+    prose(&text)
+        .flat_map(|(_, line)| links(line))
+        .filter(|link| !link.contains("://"))
+        .map(|link| plain(&folder.join(link.split('#').next().unwrap())))
+        .filter(|target| target.extension().is_some_and(|e| e == "md"))
+        .collect()
+}
+
+#[test]
+fn every_page_is_reached_from_the_contents() {
+    let mut reached = BTreeSet::new();
+    let mut open = vec![PathBuf::from(CONTENTS)];
+    while let Some(page) = open.pop() {
+        if root().join(&page).is_file() && reached.insert(page.clone()) {
+            open.extend(linked(&page));
+        }
+    }
+    // The page of the Python package is read on its index.
+    reached.insert("python/README.md".into());
+    let lost: Vec<PathBuf> = pages().into_iter().filter(|page| !reached.contains(page)).collect();
+    assert!(lost.is_empty(), "no link leads to {lost:?}");
+}
+
+#[test]
+fn the_side_bar_is_short() {
+    let pages = read(CONTENTS).lines().filter(|line| line.starts_with("* [") && line.ends_with(".md)")).count();
+    assert!((15..=SIDE_BAR).contains(&pages), "{pages} pages are in the lists of {CONTENTS}");
+}
+
 #[test]
 fn a_link_that_leads_nowhere_is_seen() {
     assert_eq!(links("see [a](b.md#c), `[no](link)` and [d](e.png \"f\")"), ["b.md#c", "e.png"]);

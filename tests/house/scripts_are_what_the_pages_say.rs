@@ -24,6 +24,31 @@ fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
     assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
 }
 
+/// The command of a page's block `sh` that begins with these words, and the block of text below it.
+fn shown(page: &str, words: &str) -> String {
+    let text = read(page);
+    let command = text.lines().find(|line| line.starts_with(words)).unwrap_or_else(|| panic!("{page} runs no {words}"));
+    let below = text.split_once(command).unwrap().1;
+    let printed = below.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("its output is shown");
+    format!("```console\n$ {command}\n{printed}```\n")
+}
+
+/// The README shows what the page of the command does, whose output is held to the program's.
+/// `CALIBENCH_WRITE_README=1 cargo test -p calibench-house` copies it.
+#[test]
+fn the_block_of_the_readme_is_that_of_its_page() {
+    let now = shown("docs/calibrate.md", "calibench calibrate ");
+    let text = read("README.md");
+    let from = text.find("<!-- block:").and_then(|at| Some(at + text[at..].find('\n')? + 1)).expect("the README has its place");
+    let to = from + text[from..].find("<!-- end -->").expect("the place ends");
+    if std::env::var_os("CALIBENCH_WRITE_README").is_some() {
+        let written = format!("{}{now}{}", &text[..from], &text[to..]);
+        std::fs::write(crate::root().join("README.md"), written).unwrap();
+    } else {
+        assert_eq!(&text[from..to], now, "README.md (left) and docs/calibrate.md; copy it with `CALIBENCH_WRITE_README=1`");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn each_is_on_a_page_and_can_be_executed() {
