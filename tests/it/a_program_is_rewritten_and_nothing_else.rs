@@ -629,7 +629,7 @@ fn broken_programs_are_no_panic() {
         (
             Dialect::Rapid,
             format!(
-                "CONST robtarget p{{2}}:=[{target},{target}];\nPERS tooldata t:=[TRUE,[[0,0,0],[1,0,0,0]],[1]];\nMoveL p{{1}},v1,z1,t\\WObj:=w;\n"
+                "CONST robtarget p{{2}}:=[{target},{target}];\nPERS tooldata t:=[TRUE,[[0,0,0],[1,0,0,0]],[1]];\nMoveL p{{1}},v1,z1,u\\WObj:=w;\n"
             ),
         ),
         (

@@ -182,6 +182,10 @@ fn rewrite(
         let places = match frames.places(position, file) {
             Ok(places) => places,
             Err(Lacks::Told) => continue,
+            Err(Lacks::Because(reason, _)) if position.spare => {
+                stays(position, &reason, &mut scan);
+                continue;
+            }
             Err(Lacks::Because(reason, remedy)) => {
                 scan.refuse(position.line, position.name.as_str(), &reason, remedy);
                 continue;
@@ -202,11 +206,7 @@ fn rewrite(
                 edits.extend(new);
                 rewritten.push(Rewritten { line: position.line, name: position.name.clone(), target, fake, warnings });
             }
-            Err((reason, _)) if position.spare => {
-                let reason =
-                    format!("{reason}; no motion of the files given goes to these numbers, and they are left as they are");
-                scan.warn(position.line, position.name.as_str(), &reason, "check that it is a placeholder");
-            }
+            Err((reason, _)) if position.spare => stays(position, &reason, &mut scan),
             Err((reason, remedy)) => scan.refuse(position.line, position.name.as_str(), &reason, remedy),
         }
     }
@@ -222,6 +222,12 @@ fn rewrite(
         assumed: assumed(joints, &unmapped),
         remarks: scan.remarks,
     }
+}
+
+/// Tells of a position that need not hold: its numbers are set at run time, or no motion goes there.
+fn stays(position: &Position, reason: &str, scan: &mut Scan) {
+    let reason = format!("{reason}; the program sets it at run time or never goes there, and it is left as it is");
+    scan.warn(position.line, position.name.as_str(), &reason, "check that it is a placeholder");
 }
 
 fn assumed(joints: bool, unmapped: &[usize]) -> Vec<String> {

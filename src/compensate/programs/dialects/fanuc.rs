@@ -123,6 +123,10 @@ fn all_positions(text: &Text, entries: &[Entry], uses: &Uses, joints_as_in_robot
         } else if uses.set.contains(name) {
             scan.unread += 1; // Told where it is set.
         } else if let Some(mut position) = position(text, entry, &uses.active, joints_as_in_robot_file, scan) {
+            if uses.coordinated.contains(name) {
+                scan.left.push(position); // Told with the motion.
+                continue;
+            }
             if let Some(group) = &moving {
                 position.external = Some(format!("{group} moves"));
             }
