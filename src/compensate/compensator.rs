@@ -157,6 +157,7 @@ impl Compensated {
 /// ```
 pub struct Compensator<'a> {
     calibration: &'a Calibration,
+    task: Task,
     arm: CalibratedArm<'a>,
     payload: Payload,
     payloads: &'a [Payload],
@@ -189,6 +190,7 @@ impl<'a> Compensator<'a> {
         solver.tolerance = MET;
         Ok(Compensator {
             calibration,
+            task: task.clone(),
             payload: setup.payload,
             payloads: &setup.measured.payloads,
             arm,
@@ -200,6 +202,18 @@ impl<'a> Compensator<'a> {
             world_from_root,
             near: calibration.joint_ranges.iter().map(|[low, high]| 0.5 * (low + high)).collect(),
         })
+    }
+
+    /// The same task with another tool on the flange or another base on the base link, where these are given.
+    ///
+    /// # Errors
+    /// Those of [`Compensator::new`].
+    pub(super) fn in_frames(&self, tool: Option<FramePose>, base: Option<FramePose>) -> Result<Self, TaskError> {
+        let frame = base.map_or(self.task.frame, WorkFrame::Base);
+        let task = Task { tool: tool.or(self.task.tool), frame, ..self.task.clone() };
+        let mut other = Compensator::new(self.calibration, &task)?;
+        other.near.clone_from(&self.near);
+        Ok(other)
     }
 
     /// The calibration.
@@ -267,9 +281,9 @@ impl<'a> Compensator<'a> {
         Some([reach, -elbow, five])
     }
 
-    /// Joints (rad) near which the next pose is sought.
-    pub(super) fn near(&self) -> &[f64] {
-        &self.near
+    /// Joints (rad, N) near which the next pose is sought.
+    pub(super) fn near(&mut self) -> &mut Vec<f64> {
+        &mut self.near
     }
 
     /// The part of the identified arm that is a rigid chain of links, and the size of the rest under the task's payload.

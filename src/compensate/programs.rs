@@ -1,15 +1,16 @@
 //! Robot programs, whose positions are compensated in their places: everything else stays byte for byte.
 
 mod configuration;
-mod fanuc;
-mod krl;
+mod dialects;
+mod flow;
+mod frames;
+mod frames_file;
 mod numbers;
 mod program;
-mod rapid;
 mod rewrite;
 mod scan;
-mod urscript;
 
+pub use frames_file::{NamedFrames, read_frames};
 pub use program::{Dialect, Program, read_program};
 pub use rewrite::{Permissions, Rewritten, RewrittenProgram, rewrite_programs};
 pub use scan::Remark;

@@ -60,6 +60,7 @@ mod outside_robots;
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
 mod pool_probes_every_ball_of_the_paper;
+mod programs_are_as_controllers_write_them;
 mod real_robots_are_identified;
 mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;

@@ -117,7 +117,7 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
         assert!(!folder.path().join("new").exists() && fs::read(folder.path().join("weld.src")).unwrap() == SRC);
     }
     // Another tool than the one of the program: the remedy is the option to give.
-    let told = calibench(folder.path(), &["compensate", "c.toml", "weld.src", "-o", "new.src", "--tool=0,0,90,0,0,0"]);
+    let told = calibench(folder.path(), &["compensate", "c.toml", "weld.src", "weld.dat", "-o", "new", "--tool=0,0,90,0,0,0"]);
     assert_eq!(told.status.code(), Some(1));
     assert!(
         words(&told).contains("weld.src:2: tool: the program sets another tool")

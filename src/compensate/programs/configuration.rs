@@ -36,7 +36,11 @@ pub(super) enum Meant {
 ///
 /// # Errors
 /// When postures reach the pose and none is so configured.
-pub(super) fn posture_of(compensator: &Compensator<'_>, pose: &Pose, configuration: &Configuration) -> Result<Meant, Refusal> {
+pub(super) fn posture_of(
+    compensator: &mut Compensator<'_>,
+    pose: &Pose,
+    configuration: &Configuration,
+) -> Result<Meant, Refusal> {
     match configuration {
         Configuration::Any => return Ok(Meant::Default),
         Configuration::Unreadable => return Ok(Meant::Unmapped),
@@ -50,7 +54,8 @@ pub(super) fn posture_of(compensator: &Compensator<'_>, pose: &Pose, configurati
         return Ok(Meant::Default);
     }
     let wrong: Vec<f64> = postures.iter().map(|q| wrong_side(compensator, configuration, q)).collect();
-    let away = |q: &[f64; 6]| -> f64 { q.iter().zip(compensator.near()).map(|(q, near)| (q - near).powi(2)).sum() };
+    let near = compensator.near().clone();
+    let away = |q: &[f64; 6]| -> f64 { q.iter().zip(&near).map(|(q, near)| (q - near).powi(2)).sum() };
     // What is exactly right comes before what is right but for rounding.
     let best = [1e-6, ROUNDED].into_iter().find_map(|most| {
         let right = postures.iter().zip(&wrong).filter(|(_, wrong)| **wrong <= most).map(|(q, _)| q);

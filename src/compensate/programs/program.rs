@@ -3,7 +3,8 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{fanuc, krl, rapid, scan, urscript};
+use super::dialects::{fanuc, krl, rapid, urscript};
+use super::scan;
 use crate::files::disk::{is_folder, open_file};
 use crate::files::{FileError, cannot_be_read};
 
@@ -45,6 +46,11 @@ impl Dialect {
         })
     }
 
+    /// True if its positions have external axes.
+    pub(super) fn has_external_axes(self) -> bool {
+        self != Dialect::UrScript
+    }
+
     pub(super) fn scan(self, programs: &[Program], joints_as_in_robot_file: bool) -> Vec<scan::Scan> {
         let marks = match self {
             Dialect::Krl => krl::MARKS,
@@ -52,12 +58,16 @@ impl Dialect {
             Dialect::Rapid => rapid::MARKS,
             Dialect::Fanuc => fanuc::MARKS,
         };
-        let texts: Vec<scan::Text> = programs.iter().map(|p| scan::Text::new(&p.bytes, &marks)).collect();
+        let stem = |p: &Program| p.path.file_stem().map(|name| name.to_ascii_lowercase());
+        let module = |p: &Program| programs.iter().position(|other| stem(other) == stem(p)).unwrap_or(0);
+        let of =
+            |(file, p): (usize, &Program)| scan::Source { text: scan::Text::new(&p.bytes, &marks), file, module: module(p) };
+        let sources: Vec<scan::Source> = programs.iter().enumerate().map(of).collect();
         match self {
-            Dialect::Krl => krl::scan(&texts),
-            Dialect::UrScript => urscript::scan(&texts),
-            Dialect::Rapid => rapid::scan(&texts),
-            Dialect::Fanuc => fanuc::scan(&texts, joints_as_in_robot_file),
+            Dialect::Krl => krl::scan(&sources),
+            Dialect::UrScript => urscript::scan(&sources),
+            Dialect::Rapid => rapid::scan(&sources),
+            Dialect::Fanuc => fanuc::scan(&sources, joints_as_in_robot_file),
         }
     }
 }
@@ -80,6 +90,15 @@ pub struct Program {
 pub fn read_program(path: &Path) -> Result<Program, FileError> {
     const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
     let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is not a robot program, by its name", KNOWN))?;
+    let bytes = read_bytes(path)?;
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
+        return Err(FileError::whole(path, "is not text of single bytes", "save it as UTF-8 or in the controller's code page"));
+    }
+    Ok(Program { path: path.into(), dialect, bytes })
+}
+
+/// The bytes of a file of at most 64 MiB.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
@@ -89,8 +108,5 @@ pub fn read_program(path: &Path) -> Result<Program, FileError> {
     if bytes.len() as u64 > LONGEST {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
-        return Err(FileError::whole(path, "is not text of single bytes", "save it as UTF-8 or in the controller's code page"));
-    }
-    Ok(Program { path: path.into(), dialect, bytes })
+    Ok(bytes)
 }

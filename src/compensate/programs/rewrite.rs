@@ -1,25 +1,32 @@
 //! The positions of programs, compensated, in the places of the old ones.
 
 use super::configuration::{Meant, posture_of};
+use super::frames::{Frames, Given, Lacks, Place};
+use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
-use super::program::{Dialect, Program};
-use super::scan::{Configuration, Frame, Layout, Position, Remark, Scan, Setting};
+use super::program::Program;
+use super::scan::{Configuration, Position, Remark, Scan};
 use crate::compensate::conditions::Conditions;
-use crate::compensate::{Compensator, Desired, Fake, Target};
+use crate::compensate::{Compensator, Desired, Fake, Target, Warnings};
 use crate::robot::FramePose;
-use crate::units::{DEG, MM};
+use crate::units::DEG;
 
 /// Read back, a position leads to its joints to this angle, rad.
 const SAME_JOINTS: f64 = 1e-6 * DEG;
 
-/// Frames of a program nearer to each other than this (m, rad) are the same: programs have three decimals.
-const SAME_FRAME: [f64; 2] = [0.05 * MM, 0.02 * DEG];
-
-/// Changes that are permitted in a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What is permitted in a program, and what is known of its tools and bases.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Permissions {
     /// Joint positions of FANUC's programs count joints as the robot file does: joint 3 by itself, not with joint 2.
     pub joints_as_in_robot_file: bool,
+    /// External axes carry neither the robot nor the work, wherever they stand.
+    pub external_axes_apart: bool,
+    /// The tool of the task is the one that the programs name, whatever they call it; otherwise only where they name none.
+    pub tool_given: bool,
+    /// The same of the base.
+    pub base_given: bool,
+    /// Frames that programs name, from elsewhere.
+    pub frames: NamedFrames,
 }
 
 /// A position with its result.
@@ -33,6 +40,25 @@ pub struct Rewritten {
     pub target: Target,
     /// The target commanded instead.
     pub fake: Fake,
+    /// Warnings, as that it lies outside what was measured.
+    pub warnings: Warnings,
+}
+
+impl Rewritten {
+    /// The desired TCP as the program has it, m; `None` for a position of joints.
+    pub fn target_xyz(&self) -> Option<[f64; 3]> {
+        match &self.target.desired {
+            Desired::Pose { pose, .. } => Some(pose.translation.vector.into()),
+            Desired::Joints(_) => None,
+        }
+    }
+
+    /// From the desired TCP to the one commanded, m, along the axes of the position's base; `None` for joints.
+    pub fn shift(&self) -> Option<[f64; 3]> {
+        let [x, y, z] = self.target_xyz()?;
+        let fake = self.fake.pose.translation.vector;
+        Some([fake.x - x, fake.y - y, fake.z - z])
+    }
 }
 
 /// A program with its positions compensated.
@@ -57,58 +83,157 @@ impl RewrittenProgram {
     }
 }
 
-/// Rewrites programs that belong together, all of one dialect.
+/// Rewrites programs that belong together, all of one dialect: every position in the tool and the base that it has.
 pub fn rewrite_programs(
     programs: &[Program],
     compensator: &mut Compensator<'_>,
     permissions: &Permissions,
 ) -> Vec<RewrittenProgram> {
     let Some(dialect) = programs.first().map(|p| p.dialect) else { return Vec::new() };
-    let scans = dialect.scan(programs, permissions.joints_as_in_robot_file);
-    programs.iter().zip(scans).map(|(program, scan)| rewrite(program, scan, compensator)).collect()
+    let mut scans = dialect.scan(programs, permissions.joints_as_in_robot_file);
+    if !permissions.external_axes_apart {
+        scans.iter_mut().for_each(leave_external);
+    }
+    let own = [compensator.flange_from_tool(), compensator.base_link_from_work()];
+    let is = [permissions.tool_given, permissions.base_given];
+    let mut frames = Frames::of(&scans, Given { is, own, listed: permissions.frames.settings() });
+    let (idle, sentences) = (frames.idle(), frames.sentences());
+    if let Some(first) = scans.first_mut() {
+        for (word, reason) in idle {
+            first.refuse(1, word, &reason, "leave it out, and give the others by the files that have them or by --frames FILE");
+        }
+    }
+    let mut benches = Benches { own: compensator, others: Vec::new() };
+    let mut results: Vec<RewrittenProgram> = (programs.iter().zip(scans).enumerate())
+        .map(|(file, (program, scan))| rewrite(program, scan, file, &mut frames, &mut benches))
+        .collect();
+    for (file, remark) in frames.remarks {
+        if let Some(result) = results.get_mut(file) {
+            result.remarks.push(remark);
+        }
+    }
+    for result in &mut results {
+        result.remarks.sort_by_key(|remark| remark.line);
+        result.assumed.splice(0..0, sentences.iter().cloned());
+        if dialect.has_external_axes() && permissions.external_axes_apart {
+            result.assumed.push("external axes carry neither the robot nor the work".to_owned());
+        }
+    }
+    results
 }
 
-fn rewrite(program: &Program, mut scan: Scan, compensator: &mut Compensator<'_>) -> RewrittenProgram {
-    let settings = std::mem::take(&mut scan.settings);
-    settings.iter().for_each(|setting| check_frame(setting, compensator, &mut scan));
+/// Takes out the positions at which an external axis is away from zero: it may carry the robot or the work.
+fn leave_external(scan: &mut Scan) {
+    let (away, stay): (Vec<Position>, Vec<Position>) =
+        std::mem::take(&mut scan.positions).into_iter().partition(|p| p.external.is_some());
+    scan.positions = stay;
+    if let Some(Position { line, name, external: Some(axis), .. }) = away.first() {
+        let count = if away.len() > 1 { format!(", here and at {} positions more", away.len() - 1) } else { String::new() };
+        let reason = format!("{axis}: an external axis, which may carry the robot or the work, is away from zero{count}");
+        scan.refuse(*line, name.as_str(), &reason, "give --external-axes-apart, if external axes carry neither");
+    }
+    scan.left.extend(away);
+}
+
+/// Compensators, one for each pair of tool and base.
+struct Benches<'b, 'a> {
+    own: &'b mut Compensator<'a>,
+    others: Vec<([Place; 2], Compensator<'a>)>,
+}
+
+impl<'a> Benches<'_, 'a> {
+    /// The compensator of this tool and base, which goes on from where the last position was.
+    fn of(&mut self, places: &[Place; 2], near: Option<&[f64]>) -> Result<&mut Compensator<'a>, String> {
+        let there = if *places == [Place::Own, Place::Own] {
+            &mut *self.own
+        } else {
+            let known = self.others.iter().position(|(other, _)| other == places);
+            let at = match known {
+                Some(at) => at,
+                None => {
+                    let frame = |place: &Place| match place {
+                        Place::Own => None,
+                        Place::At(pose) => Some(FramePose::from_pose(pose)),
+                    };
+                    let other = self.own.in_frames(frame(&places[0]), frame(&places[1])).map_err(|e| e.to_string())?;
+                    self.others.push((places.clone(), other));
+                    self.others.len() - 1
+                }
+            };
+            &mut self.others[at].1
+        };
+        if let Some(near) = near {
+            *there.near() = near.to_vec();
+        }
+        Ok(there)
+    }
+}
+
+fn rewrite(
+    program: &Program,
+    mut scan: Scan,
+    file: usize,
+    frames: &mut Frames<'_>,
+    benches: &mut Benches<'_, '_>,
+) -> RewrittenProgram {
     let positions = std::mem::take(&mut scan.positions);
-    let (mut edits, mut rewritten, mut unmapped) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut edits, mut rewritten, mut unmapped) = (Vec::new(), Vec::<Rewritten>::new(), Vec::new());
     for position in &positions {
+        let places = match frames.places(position, file) {
+            Ok(places) => places,
+            Err(Lacks::Told) => continue,
+            Err(Lacks::Because(reason, _)) if position.spare => {
+                stays(position, &reason, &mut scan);
+                continue;
+            }
+            Err(Lacks::Because(reason, remedy)) => {
+                scan.refuse(position.line, position.name.as_str(), &reason, remedy);
+                continue;
+            }
+        };
+        let near = rewritten.last().map(|one| one.fake.q.as_slice());
+        let compensator = match benches.of(&places, near) {
+            Ok(compensator) => compensator,
+            Err(reason) => {
+                scan.refuse(position.line, position.name.as_str(), &reason, CHECK);
+                continue;
+            }
+        };
         match compensate(position, compensator, &mut unmapped) {
-            Ok((target, fake)) => {
+            Ok((target, fake, warnings)) => {
                 let new = position.edits(&fake);
                 check_back(position, &new, &fake, compensator, &mut scan);
                 edits.extend(new);
-                rewritten.push(Rewritten { line: position.line, name: position.name.clone(), target, fake });
+                rewritten.push(Rewritten { line: position.line, name: position.name.clone(), target, fake, warnings });
             }
+            Err((reason, _)) if position.spare => stays(position, &reason, &mut scan),
             Err((reason, remedy)) => scan.refuse(position.line, position.name.as_str(), &reason, remedy),
         }
     }
-    scan.remarks.sort_by_key(|remark| remark.line);
-    let joints = positions.iter().any(|p| matches!(p.layout, Layout::Degrees | Layout::Radians));
+    for position in &scan.left {
+        // What is not known of their frames is told once, as of all others.
+        _ = frames.places(position, file);
+    }
+    let joints = positions.iter().any(Position::is_joints);
     RewrittenProgram {
         bytes: replaced(&program.bytes, edits),
-        positions: positions.len() + scan.unread,
+        positions: positions.len() + scan.left.len() + scan.unread,
         rewritten,
-        assumed: assumed(program.dialect, joints, &settings, &unmapped),
+        assumed: assumed(joints, &unmapped),
         remarks: scan.remarks,
     }
 }
 
-fn assumed(dialect: Dialect, joints: bool, settings: &[Setting], unmapped: &[usize]) -> Vec<String> {
+/// Tells of a position that need not hold: its numbers are set at run time, or no motion goes there.
+fn stays(position: &Position, reason: &str, scan: &mut Scan) {
+    let reason = format!("{reason}; the program sets it at run time or never goes there, and it is left as it is");
+    scan.warn(position.line, position.name.as_str(), &reason, "check that it is a placeholder");
+}
+
+fn assumed(joints: bool, unmapped: &[usize]) -> Vec<String> {
     let mut sentences = Vec::new();
-    let set = |frame| settings.iter().any(|s| s.frame == frame);
-    if !set(Frame::Tool) {
-        sentences.push("every position is of the tool above".to_owned());
-    }
-    if !set(Frame::Base) {
-        sentences.push("every pose is in the base frame above".to_owned());
-    }
     if joints {
         sentences.push("joint positions count joints as the robot file does, in zero and direction".to_owned());
-    }
-    if matches!(dialect, Dialect::Krl | Dialect::Rapid) {
-        sentences.push("external axes carry neither the robot nor the work".to_owned());
     }
     if let Some(first) = unmapped.first() {
         let count = unmapped.len();
@@ -119,23 +244,8 @@ fn assumed(dialect: Dialect, joints: bool, settings: &[Setting], unmapped: &[usi
     sentences
 }
 
-/// Refuses a program that sets another tool or base than the one compensated for.
-fn check_frame(setting: &Setting, compensator: &Compensator<'_>, scan: &mut Scan) {
-    let (name, option, own) = match setting.frame {
-        Frame::Tool => ("tool", "--tool", compensator.flange_from_tool()),
-        Frame::Base => ("base", "--base", compensator.base_link_from_work()),
-    };
-    let apart = own.inverse() * setting.pose;
-    let [position, angle] = SAME_FRAME;
-    if apart.translation.vector.norm() > position || apart.rotation.angle() > angle {
-        let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(&setting.pose);
-        let numbers = xyz.map(|v| v / MM).into_iter().chain(rz_ry_rx.map(|v| v / DEG));
-        let numbers: Vec<String> = numbers.map(|v| format!("{}", (v * 1e6).round() / 1e6 + 0.0)).collect();
-        let reason = format!("the program sets another {name} than the one compensated for");
-        let remedy = format!("give {option}={}, if all positions are in it; otherwise split the program", numbers.join(","));
-        scan.refuse(setting.line, name, &reason, &remedy);
-    }
-}
+/// The remedy of a position that cannot be reached.
+const CHECK: &str = "check the position, the robot, --tool and --base";
 
 type Refused = (String, &'static str);
 
@@ -143,8 +253,7 @@ fn compensate(
     position: &Position,
     compensator: &mut Compensator<'_>,
     unmapped: &mut Vec<usize>,
-) -> Result<(Target, Fake), Refused> {
-    const CHECK: &str = "check the position, the robot, --tool and --base";
+) -> Result<(Target, Fake, Warnings), Refused> {
     let meaning = position.meaning().map_err(|reason| (reason.to_owned(), "correct its numbers"))?;
     let joints = compensator.calibration().robot.joints();
     let desired = match meaning {
@@ -167,13 +276,14 @@ fn compensate(
         }
     };
     let target = Target { id: position.name.clone(), desired, payload: None, conditions: Conditions::default() };
-    match compensator.compensate(&target).outcome {
+    let compensated = compensator.compensate(&target);
+    match compensated.outcome {
         // Makers' manuals and other programs disagree on the joints that the three numbers count; zeros are right for all of them.
         Ok(fake) if turns_change(&position.configuration, &fake.q) => Err((
             "a joint turns over 180 deg where it is compensated, and which of the turn numbers counts it depends on the controller".into(),
             "teach it away from the half turn",
         )),
-        Ok(fake) => Ok((target, fake)),
+        Ok(fake) => Ok((target, fake, compensated.warnings)),
         Err(refusal) => Err((refusal.to_string(), CHECK)),
     }
 }

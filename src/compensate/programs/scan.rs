@@ -1,5 +1,6 @@
 //! The text of a program as bytes: comments and strings blanked out, lines, brackets and numbers with their places.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -11,6 +12,13 @@ pub(super) struct Marks {
     pub comment: &'static [u8],
     /// Delimiters of strings, which end with the line at the latest.
     pub quotes: &'static [u8],
+}
+
+/// A file with its module: files of one name, such as `.src` and `.dat`, are one.
+pub(super) struct Source {
+    pub text: Text,
+    pub file: usize,
+    pub module: usize,
 }
 
 /// A program in which comments and strings are spaces; every byte has the place that it has in the file.
@@ -81,21 +89,87 @@ pub(super) struct Position {
     pub layout: Layout,
     pub numbers: Vec<Number>,
     pub configuration: Configuration,
+    /// Names of the tools and of the bases in which the program uses it.
+    pub frames: [BTreeSet<Name>; 2],
+    /// The first external axis that does not stand at zero, as written.
+    pub external: Option<String>,
+    /// True if the program may go elsewhere than its numbers say, so that they need not be reached.
+    pub spare: bool,
 }
 
-/// A frame that a program sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+impl Position {
+    /// A position of which nothing more is known.
+    pub fn new(line: usize, name: impl Into<String>, layout: Layout, numbers: Vec<Number>) -> Self {
+        let (configuration, frames) = (Configuration::Any, <[BTreeSet<Name>; 2]>::default());
+        Position { line, name: name.into(), layout, numbers, configuration, frames, external: None, spare: false }
+    }
+
+    /// True if its numbers are joints.
+    pub fn is_joints(&self) -> bool {
+        matches!(self.layout, Layout::Degrees | Layout::Radians)
+    }
+}
+
+/// A frame that a program names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Frame {
-    Tool,
-    Base,
+    Tool = 0,
+    Base = 1,
 }
 
-/// A frame written out in a program.
+/// The name of a frame: what makes it the same as another, and how the program writes it.
+#[derive(Debug, Clone)]
+pub(super) struct Name {
+    pub key: String,
+    pub shown: String,
+}
+
+impl Name {
+    pub fn new(key: impl Into<String>, shown: impl Into<String>) -> Self {
+        Name { key: key.into(), shown: shown.into() }
+    }
+}
+
+impl PartialEq for Name {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Name {}
+
+impl PartialOrd for Name {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Name {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.cmp(&other.key)
+    }
+}
+
+/// What a program says of a frame that it names.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Stands {
+    /// Written out: the tool on the flange, or the base on the robot's base link.
+    At(Pose),
+    /// The flange or the base link itself, as every controller has it under this name.
+    Null,
+    /// It is made at run time, so that its numbers are not in the program.
+    Computed,
+    /// It is where no position can be compensated, for this reason.
+    Not(String),
+}
+
+/// A frame written out in a program, or in a file of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Setting {
     pub line: usize,
     pub frame: Frame,
-    pub pose: Pose,
+    pub name: Name,
+    pub stands: Stands,
 }
 
 /// Something that was not rewritten, or that is right only under a condition.
@@ -117,8 +191,10 @@ pub struct Remark {
 #[derive(Debug, Default)]
 pub(super) struct Scan {
     pub positions: Vec<Position>,
+    /// Positions that stay as they are, each with its remark; their frames must be known all the same.
+    pub left: Vec<Position>,
     pub settings: Vec<Setting>,
-    /// Number of positions that cannot be read, each with its remark.
+    /// Number of positions that cannot be read or stay as they are, each with its remark.
     pub unread: usize,
     pub remarks: Vec<Remark>,
 }
@@ -133,15 +209,6 @@ impl Scan {
     pub fn refuse(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {
         let (reason, remedy) = (reason.into(), remedy.into());
         self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: true });
-    }
-
-    /// Refuses a program that names several of `what`; reported once, not in every file, so that the names are gone then.
-    pub fn only_one(&mut self, what: &str, named: &mut BTreeSet<String>) {
-        if named.len() > 1 {
-            let names = named.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
-            self.refuse(1, names, &format!("the program uses several {what}"), "split it into one program for each");
-            named.clear();
-        }
     }
 
     pub fn warn(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {

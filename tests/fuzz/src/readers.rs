@@ -216,7 +216,7 @@ fn program(bytes: &[u8]) {
     let extension = ["src", "script", "mod", "ls"][usize::from(*dialect) % 4];
     let Ok(program) = read_program(&file(&format!("program.{extension}"), text)) else { return };
     let mut compensator = Compensator::new(&CALIBRATION, &Task::default()).expect("the calibration has one set-up");
-    let permissions = Permissions { joints_as_in_robot_file: true };
+    let permissions = Permissions { joints_as_in_robot_file: true, ..Permissions::default() };
     let rewrite = |program: &Program, compensator: &mut Compensator<'_>| {
         rewrite_programs(std::slice::from_ref(program), compensator, &permissions).remove(0)
     };

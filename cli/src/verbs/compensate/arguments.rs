@@ -27,6 +27,13 @@ pub struct Arguments {
     /// Joint positions of FANUC programs count joints as the robot file does, and J3 does not turn with J2
     #[arg(long, requires = "targets")]
     pub joints_as_in_robot_file: bool,
+    /// External axes of programs carry neither the robot nor the work, wherever they stand
+    #[arg(long, requires = "targets")]
+    pub external_axes_apart: bool,
+    /// Tools and bases by the names that programs have for them: .toml with [tools] and [bases], NAME = [X,Y,Z,A,B,C] (mm, deg);
+    /// $config.dat (KRL); a module with tooldata and wobjdata (RAPID); the listing of $MNUTOOL and $MNUFRAME (FANUC)
+    #[arg(long, value_name = "FILE", requires = "targets", value_parser = input())]
+    pub frames: Vec<PathBuf>,
     /// Set-up of the calibration, if it has several
     #[arg(long)]
     pub session: Option<String>,

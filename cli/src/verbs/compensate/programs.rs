@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use calibench::compensate::programs::{
-    Dialect, Permissions, Program, Remark, RewrittenProgram, read_program, rewrite_programs,
+    Dialect, NamedFrames, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_frames, read_program,
+    rewrite_programs,
 };
 use calibench::compensate::{Compensator, Target};
 use calibench::effects::Needs;
@@ -13,7 +14,7 @@ use calibench::files::disk::write_whole;
 use calibench::prediction::Extrapolation;
 use calibench::units::MM;
 use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};
-use calibench_report::extrapolation_sentence;
+use calibench_report::{extrapolation_sentence, plain_table};
 
 use super::arguments::Arguments;
 use super::telling::{MOST_TOLD, tell_setting};
@@ -34,8 +35,13 @@ impl Programs {
             if let [_, second, ..] = &given[..] {
                 return Err(FileError::whole(second, "is a second file of targets", "give one file of targets").into());
             }
-            if arguments.partly || arguments.joints_as_in_robot_file {
-                return Err("--partly and --joints-as-in-robot-file are for robot programs, and no program is given".into());
+            if arguments.partly
+                || arguments.joints_as_in_robot_file
+                || arguments.external_axes_apart
+                || !arguments.frames.is_empty()
+            {
+                let options = "--partly, --joints-as-in-robot-file, --external-axes-apart and --frames";
+                return Err(format!("{options} are for robot programs, and no program is given").into());
             }
             return Ok(None);
         }
@@ -63,7 +69,17 @@ impl Programs {
                 format!("cannot be rewritten: joint {} is prismatic, and programs are read for arms that turn", joint + 1);
             return Err(FileError::whole(&self.programs[0].path, problem, "compensate a table of targets").into());
         }
-        let permissions = Permissions { joints_as_in_robot_file: arguments.joints_as_in_robot_file };
+        let mut frames = NamedFrames::default();
+        for path in &arguments.frames {
+            frames.extend(read_frames(path)?);
+        }
+        let permissions = Permissions {
+            joints_as_in_robot_file: arguments.joints_as_in_robot_file,
+            external_axes_apart: arguments.external_axes_apart,
+            tool_given: arguments.tool.is_some(),
+            base_given: arguments.base.is_some(),
+            frames,
+        };
         let results = rewrite_programs(&self.programs, compensator, &permissions);
         if results.iter().all(|r| r.positions == 0 && r.is_whole()) {
             let problem = "contains no position that is written out";
@@ -100,6 +116,7 @@ impl Programs {
         for (program, result) in self.programs.iter().zip(&results) {
             tell(&program.path, result)?;
         }
+        tell_shifts(&self.programs, &results)?;
         tell_setting(compensator, &assumed)?;
         if !written {
             warn(
@@ -173,6 +190,37 @@ fn of(program: &Program, written: Option<&PathBuf>, result: &RewrittenProgram) -
         not_rewritten: not_rewritten.collect(),
         largest_shift_mm: largest_shift_mm(result),
     }
+}
+
+/// Before and after: how far each position was shifted, and which lie outside what was measured; those farthest off first
+/// where there are many.
+fn tell_shifts(programs: &[Program], results: &[RewrittenProgram]) -> Result<(), Failure> {
+    let of = |(program, result): (&Program, &RewrittenProgram)| {
+        let name = program.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let rows = result.rewritten.iter().map(move |one| (name.clone(), one.clone()));
+        rows.collect::<Vec<_>>()
+    };
+    let mut all: Vec<(String, Rewritten)> = programs.iter().zip(results).flat_map(of).collect();
+    if all.is_empty() {
+        return Ok(());
+    }
+    let more = all.len().saturating_sub(MOST_TOLD);
+    if more > 0 {
+        all.sort_by(|(_, a), (_, b)| b.fake.shift.total_cmp(&a.fake.shift));
+        all.truncate(MOST_TOLD);
+    }
+    let rows = all.into_iter().map(|(file, one)| {
+        let outside = if one.warnings.out_of_range { "outside" } else { "" };
+        let xyz = one.target_xyz().map_or_else(|| "joints".to_owned(), |xyz| xyz.map(|v| format!("{:.1}", v / MM)).join(" "));
+        let shift = one.shift().map_or_else(String::new, |v| v.map(|v| format!("{:+.3}", v / MM)).join(" "));
+        [format!("{file}:{}", one.line), one.name, xyz, shift, format!("{:.3}", one.fake.shift / MM), outside.to_owned()]
+    });
+    let rows: Vec<[String; 6]> = rows.collect();
+    print(plain_table(["line", "position", "x y z, mm", "shift, mm", "in all", "measured range"], rows))?;
+    if more > 0 {
+        print(format!("and {more} positions more, which were shifted less"))?;
+    }
+    Ok(())
 }
 
 fn tell(path: &Path, result: &RewrittenProgram) -> Result<(), Failure> {

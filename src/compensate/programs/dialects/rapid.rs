@@ -1,0 +1,267 @@
+//! RAPID: `.mod`, `.modx`, `.prg`.
+
+mod frames;
+mod statement;
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::super::scan::{
+    Brackets, Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text, is_name,
+};
+
+use frames::frames;
+use statement::{Statement, root_of, statements};
+
+pub const MARKS: Marks = Marks { comment: b"!", quotes: b"\"" };
+
+/// Fields of a position that are numbers of its pose.
+const PARTS: [&str; 4] = ["TRANS", "ROT", "ROBCONF", "ROBAX"];
+const WRITE: &str = "write the position out, if it is to be compensated";
+/// Program displacements.
+const DISPLACED: [&str; 4] = ["PDISPON", "PDISPSET", "EOFFSON", "EOFFSSET"];
+
+/// A group in brackets with the groups directly in it.
+struct Group {
+    at: Brackets,
+    inner: Vec<Brackets>,
+}
+
+/// A name in its module.
+type Key = (usize, String);
+
+/// Names used by the motions of all files.
+#[derive(Default)]
+struct Uses {
+    moved: HashSet<Key>,
+    /// Positions written out, by module.
+    written: HashSet<Key>,
+    /// Of which single numbers are set at run time.
+    parts: HashSet<Key>,
+    /// Set as a whole at run time.
+    computed: HashSet<Key>,
+    frames: HashMap<Key, [BTreeSet<Name>; 2]>,
+    has_motions: bool,
+}
+
+pub fn scan(sources: &[Source]) -> Vec<Scan> {
+    let mut uses = Uses::default();
+    for source in sources {
+        let named = positions(&source.text).into_iter().filter_map(|(group, _)| assigned(&source.text, group.at.open));
+        uses.written.extend(named.map(|name| (source.module, name)));
+    }
+    for source in sources {
+        statements(&source.text).iter().for_each(|s| uses.see(source, s));
+    }
+    sources.iter().map(|source| scan_file(source, &uses)).collect()
+}
+
+impl Uses {
+    fn key(&self, module: usize, name: &str) -> Key {
+        if self.written.contains(&(module, name.to_owned())) {
+            return (module, name.to_owned());
+        }
+        let home = self.written.iter().filter(|(_, other)| other == name).map(|(home, _)| *home).min();
+        (home.unwrap_or(module), name.to_owned())
+    }
+
+    fn see(&mut self, source: &Source, statement: &Statement) {
+        let text = &source.text;
+        if let Some(motion) = statement.motion(text) {
+            self.has_motions = true;
+            for place in &motion.positions {
+                let words = text.capitals(place.clone());
+                // Offs(p10, ...) and RelTool(p10, ...) start from a position, in the same frames.
+                let (from, is_offset) = offset_from(&words).map_or((words.as_str(), false), |from| (from, true));
+                let key = self.key(source.module, root_of(from));
+                self.frames
+                    .entry(key.clone())
+                    .or_default()
+                    .iter_mut()
+                    .zip(&motion.frames)
+                    .for_each(|(all, one)| all.extend(one.clone()));
+                if !is_offset || self.written.contains(&key) {
+                    self.moved.insert(key);
+                }
+            }
+            return;
+        }
+        let Some((name, component)) = statement.target() else { return };
+        let key = self.key(source.module, &name);
+        if PARTS.contains(&component.split('.').next().unwrap_or("")) {
+            self.parts.insert(key);
+        } else if component.is_empty() && !positions_within(text, statement) {
+            self.computed.insert(key);
+        }
+    }
+}
+
+/// The position from which `Offs(...)` or `RelTool(...)` starts.
+fn offset_from(words: &str) -> Option<&str> {
+    let (function, rest) = words.split_once('(')?;
+    let first = rest.split(',').next()?.trim();
+    (["OFFS", "RELTOOL"].contains(&function.trim()) && is_name(root_of(first))).then_some(first)
+}
+
+/// The name on the left of `:=` before a place, in capitals.
+fn assigned(text: &Text, at: usize) -> Option<String> {
+    let before = text.trimmed(0..at).end;
+    // Elements of an array have their opening bracket or their comma before them.
+    let before = text.bytes()[..before].iter().rev().position(|b| !b"[,".contains(b) && !b.is_ascii_whitespace());
+    let end = text.trimmed(0..at).end - before.unwrap_or(0);
+    let end = text.bytes()[..end].ends_with(b":=").then(|| text.trimmed(0..end - 2).end)?;
+    let end = match text.bytes()[..end].last() {
+        Some(b'}') => text.bytes()[..end].iter().rposition(|b| *b == b'{')?,
+        _ => end,
+    };
+    let name = text.capitals(text.name_before(end));
+    is_name(&name).then_some(name)
+}
+
+/// All groups that have the build of a robtarget (3, 4, 4, 6) or of a jointtarget (6, 6).
+fn positions(text: &Text) -> Vec<(Group, bool)> {
+    let pairs = text.brackets(*b"[]", Some(b';'));
+    let mut groups: Vec<Group> = Vec::with_capacity(pairs.len());
+    let mut open: Vec<usize> = Vec::new();
+    for pair in pairs {
+        while open.pop_if(|k| groups[*k].at.close < pair.open).is_some() {}
+        if let Some(outer) = open.last() {
+            groups[*outer].inner.push(pair);
+        }
+        open.push(groups.len());
+        groups.push(Group { at: pair, inner: Vec::new() });
+    }
+    let build = |group: &Group| {
+        if !matches!(group.inner.len(), 2 | 4) || text.parts(group.at.inside()).len() != group.inner.len() {
+            return None;
+        }
+        let lengths: Vec<usize> = group.inner.iter().map(|pair| text.parts(pair.inside()).len()).collect();
+        match lengths[..] {
+            [3, 4, 4, 6] => Some(true),
+            [6, 6] => Some(false),
+            _ => None,
+        }
+    };
+    groups.into_iter().filter_map(|group| build(&group).map(|is_pose| (group, is_pose))).collect()
+}
+
+fn scan_file(source: &Source, uses: &Uses) -> Scan {
+    let text = &source.text;
+    let of = |frame, key: &str| Setting { line: 1, frame, name: Name::new(key, key), stands: Stands::Null };
+    let mut scan = Scan { settings: vec![of(Frame::Tool, "TOOL0"), of(Frame::Base, "WOBJ0")], ..Scan::default() };
+    let statements = statements(text);
+    for (group, is_pose) in positions(text) {
+        let assigned = assigned(text, group.at.open);
+        let name = assigned.clone().unwrap_or_else(|| if is_pose { "robtarget" } else { "jointtarget" }.into());
+        let key = assigned.map(|name| uses.key(source.module, &name));
+        if key.as_ref().is_some_and(|key| uses.parts.contains(key)) {
+            scan.unread += 1; // Told where the number is set.
+            continue;
+        }
+        let Some(mut position) = position(text, &group, is_pose, name, &mut scan) else { continue };
+        match &key {
+            Some(key) => {
+                position.frames = uses.frames.get(key).cloned().unwrap_or_default();
+                position.spare = uses.computed.contains(key) || uses.has_motions && !uses.moved.contains(key);
+            }
+            None => {
+                let around = statements.partition_point(|s| s.at.start <= group.at.open).checked_sub(1);
+                let motion = around.and_then(|k| statements[k].motion(text));
+                position.frames = motion.map_or_else(Default::default, |m| m.frames.map(|name| name.into_iter().collect()));
+            }
+        }
+        scan.positions.push(position);
+    }
+    for statement in &statements {
+        let line = text.line(statement.at.start);
+        told(source, statement, line, uses, &mut scan);
+        frames(text, statement, line, &mut scan);
+    }
+    scan
+}
+
+fn position(text: &Text, group: &Group, is_pose: bool, name: String, scan: &mut Scan) -> Option<Position> {
+    let line = text.line(group.at.open);
+    let of = |k: usize| text.numbers(group.inner[k].inside());
+    let numbers = if is_pose { of(0).zip(of(1)).map(|(xyz, q)| [xyz, q].concat()) } else { of(0) };
+    let Some(numbers) = numbers else {
+        scan.unreadable(line, name, "its numbers are not all written out", "write plain numbers, in mm and deg");
+        return None;
+    };
+    let configuration = match is_pose.then(|| of(2)) {
+        None => Configuration::Any,
+        Some(conf) => {
+            let conf: Option<[Number; 4]> = conf.and_then(|conf| conf.try_into().ok());
+            let known = |conf: &[Number; 4]| conf.iter().all(|n| n.value.fract() == 0.0) && (0.0..8.0).contains(&conf[3].value);
+            conf.filter(known).map_or(Configuration::Unreadable, Configuration::Abb)
+        }
+    };
+    let axes = group.inner.last().map_or_else(Vec::new, |pair| text.parts(pair.inside()));
+    let external = axes.into_iter().zip(["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]).find_map(|(at, axis)| {
+        let stands = text.number(at.clone()).is_some_and(|n| n.value == 0.0 || n.value >= NO_AXIS);
+        (!stands).then(|| format!("{axis} {}", text.words(at)))
+    });
+    let layout = if is_pose { Layout::AbbTarget } else { Layout::Degrees };
+    Some(Position { configuration, external, ..Position::new(line, name, layout, numbers) })
+}
+
+/// Positions of external axes from here on mean that there is none; RAPID writes 9E9 (mm or deg).
+const NO_AXIS: f64 = 8.9e9;
+
+/// Motions to what is not written out, displacements, and what is set at run time.
+fn told(source: &Source, statement: &Statement, line: usize, uses: &Uses, scan: &mut Scan) {
+    let text = &source.text;
+    if let Some(displaced) = DISPLACED.iter().find(|word| statement.capitals.starts_with(*word)) {
+        let reason = "positions are displaced at run time; they are compensated for where they stand without it";
+        scan.warn(line, *displaced, reason, "write out the positions that are to be compensated");
+    }
+    let Some(motion) = statement.motion(text) else {
+        let Some((name, component)) = statement.target() else { return };
+        let key = uses.key(source.module, &name);
+        let shown = text
+            .words(statement.at.clone())
+            .split(":=")
+            .next()
+            .unwrap_or("")
+            .split_whitespace()
+            .last()
+            .unwrap_or("")
+            .to_owned();
+        let first = component.split('.').next().unwrap_or("");
+        if PARTS.contains(&first) && (uses.moved.contains(&key) || uses.written.contains(&key)) {
+            let reason =
+                "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
+            scan.warn(line, shown, reason, "write the whole position out");
+        } else if first == "EXTAX" && (uses.moved.contains(&key) || uses.written.contains(&key)) {
+            let remedy = "check that it carries neither the robot nor the work";
+            scan.warn(line, shown, "an external axis is set at run time", remedy);
+        } else if ["TFRAME", "UFRAME", "OFRAME"].contains(&first) {
+            let which = if first == "TFRAME" { "the tool" } else { "the work object" };
+            let reason = format!("{which} is changed at run time; positions are compensated for where it stands without that");
+            scan.warn(line, shown, &reason, "write out the positions or the frame that are to be compensated");
+        } else if component.is_empty() && uses.moved.contains(&key) && !positions_within(text, statement) {
+            scan.warn(line, shown, "it is computed at run time, and a motion goes there", WRITE);
+        }
+        return;
+    };
+    for place in motion.positions {
+        let (words, capitals) = (text.words(place.clone()), text.capitals(place));
+        let is_written = |name: &str| is_name(name) && uses.written.contains(&uses.key(source.module, name));
+        let key = uses.key(source.module, root_of(&capitals));
+        // What is computed is told where it is.
+        let is_told = uses.computed.contains(&key) || uses.parts.contains(&key);
+        if capitals.starts_with('[') || is_told || is_written(root_of(&capitals)) {
+            continue;
+        }
+        let what: String = format!("{} {words}", motion.verb).chars().take(60).collect();
+        if offset_from(&capitals).is_some_and(|from| is_written(root_of(from))) {
+            let reason = "an offset from a position that is compensated: the offset itself is as it was";
+            scan.warn(line, what, reason, "keep it short, or write the position out");
+        } else {
+            scan.warn(line, what, "the motion goes to a position that is not written out in the files given", WRITE);
+        }
+    }
+}
+
+fn positions_within(text: &Text, statement: &Statement) -> bool {
+    text.bytes()[statement.at.clone()].contains(&b'[')
+}

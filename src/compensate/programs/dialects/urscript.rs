@@ -1,0 +1,373 @@
+//! URScript: `.script`.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::ops::Range;
+
+use super::super::flow::{Step, follow};
+use super::super::numbers::{Meaning, meaning};
+use super::super::scan::{
+    Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Setting, Source, Stands, Text, is_name, is_of_name,
+};
+
+pub const MARKS: Marks = Marks { comment: b"#", quotes: b"\"" };
+
+/// Motions, and how many of their first arguments are positions.
+const MOTIONS: [(&str, usize); 6] = [("movej", 1), ("movel", 1), ("movep", 1), ("movec", 2), ("servoj", 1), ("servoc", 1)];
+/// Functions of positions whose value depends on a literal in them.
+const ARITHMETIC: [&str; 8] = [
+    "pose_trans",
+    "pose_add",
+    "pose_sub",
+    "pose_inv",
+    "interpolate_pose",
+    "get_actual_tcp_pose",
+    "get_target_tcp_pose",
+    "get_forward_kin",
+];
+
+/// A bracketed list: six values, or a pose.
+struct Literal {
+    at: Range<usize>,
+    inside: Range<usize>,
+    is_pose: bool,
+}
+
+/// A call: its name and its arguments.
+struct Call {
+    name: String,
+    at: usize,
+    close: usize,
+    arguments: Vec<Range<usize>>,
+}
+
+/// Names of all files that are moved to, or computed with.
+#[derive(Default)]
+struct Uses {
+    moved: HashSet<String>,
+    computed: HashSet<String>,
+    /// Lists of joints by name.
+    joints: HashMap<String, Vec<f64>>,
+    /// Names with a literal.
+    written: HashSet<String>,
+    /// Poses with the list near which the controller looks for their joints.
+    near: HashMap<String, String>,
+    /// Of which single numbers are set at run time.
+    parts: HashSet<String>,
+    /// Set as a whole at run time.
+    set: HashSet<String>,
+    /// Numbers of positions: by name, or by file and place.
+    numbers: HashMap<String, usize>,
+    /// Tools in which positions are used, by number.
+    frames: HashMap<usize, [BTreeSet<Name>; 2]>,
+}
+
+pub fn scan(sources: &[Source]) -> Vec<Scan> {
+    let mut uses = Uses::default();
+    for source in sources {
+        uses.see(&source.text);
+    }
+    let mut steps = Vec::new();
+    for source in sources {
+        uses.steps(source, &mut steps);
+    }
+    uses.frames = follow(&steps);
+    sources.iter().map(|source| scan_file(source, &uses)).collect()
+}
+
+fn calls(text: &Text) -> Vec<Call> {
+    let of = |pair: Brackets| {
+        let name = text.name_before(pair.open);
+        let arguments = text.parts(pair.inside());
+        Call { name: text.words(name.clone()), at: name.start, close: pair.close, arguments }
+    };
+    text.brackets(*b"()", None).into_iter().map(of).filter(|call| is_name(&call.name)).collect()
+}
+
+fn literals(text: &Text) -> Vec<Literal> {
+    let of = |pair: Brackets| {
+        let bytes = text.bytes();
+        let p = pair.open.checked_sub(1).filter(|k| bytes[*k] == b'p');
+        let is_pose = p.is_some_and(|k| k == 0 || !is_of_name(bytes[k - 1]));
+        // An index: name[2].
+        let is_index = !is_pose && p.or(pair.open.checked_sub(1)).is_some_and(|k| is_of_name(bytes[k]) || bytes[k] == b']');
+        let at = if is_pose { pair.open - 1 } else { pair.open }..pair.close + 1;
+        (!is_index && text.parts(pair.inside()).len() == 6).then(|| Literal { at, inside: pair.inside(), is_pose })
+    };
+    text.brackets(*b"[]", None).into_iter().filter_map(of).collect()
+}
+
+/// The value of an argument: all of it, or what follows `name =`.
+fn value_of(text: &Text, argument: &Range<usize>) -> Range<usize> {
+    let at = text.trimmed(argument.clone());
+    let name = text.bytes()[at.clone()].iter().take_while(|b| is_of_name(**b)).count();
+    let rest = text.trimmed(at.start + name..at.end);
+    let is_keyword = name > 0 && text.bytes()[rest.clone()].starts_with(b"=") && !text.bytes()[rest.clone()].starts_with(b"==");
+    if is_keyword { text.trimmed(rest.start + 1..rest.end) } else { at }
+}
+
+/// The name on the left of `=` before a place, on its line.
+fn assigned(text: &Text, at: usize) -> Option<String> {
+    let before = text.trimmed(0..at).end;
+    let equals = before.checked_sub(1).filter(|k| text.bytes()[*k] == b'=')?;
+    if equals > 0 && b"=!<>".contains(&text.bytes()[equals - 1]) {
+        return None;
+    }
+    let name = text.words(text.name_before(equals));
+    is_name(&name).then_some(name)
+}
+
+fn motion(name: &str) -> Option<usize> {
+    MOTIONS.iter().find(|(motion, _)| *motion == name).map(|(_, count)| *count)
+}
+
+/// Number of leading arguments of a call that are positions the arm moves to.
+fn positions_of(name: &str) -> usize {
+    motion(name).or((name == "get_inverse_kin").then_some(1)).unwrap_or(0)
+}
+
+impl Uses {
+    fn see(&mut self, text: &Text) {
+        for call in calls(text) {
+            for argument in call.arguments.iter().take(positions_of(&call.name)) {
+                let name = text.words(value_of(text, argument));
+                if is_name(&name) {
+                    self.moved.insert(name);
+                }
+            }
+            if let ("get_inverse_kin", [pose, near, ..]) = (&call.name[..], &call.arguments[..]) {
+                let near = value_of(text, near);
+                if text.bytes()[near.clone()].starts_with(b"[")
+                    && let Some(numbers) = text.numbers(near.start + 1..near.end.saturating_sub(1).max(near.start + 1))
+                {
+                    self.joints.insert(text.words(near.clone()), numbers.iter().map(|n| n.value).collect());
+                }
+                self.near.insert(text.words(value_of(text, pose)), text.words(near));
+            }
+            if ARITHMETIC.contains(&call.name.as_str()) {
+                let arguments = call.arguments.iter().map(|argument| text.words(argument.clone()));
+                self.computed.extend(arguments.filter(|name| is_name(name)));
+            }
+        }
+        for at in text.lines() {
+            match target(&text.words(at)) {
+                Some(target) if !target.index.is_empty() => self.parts.insert(target.name),
+                Some(target) if !target.is_literal => self.set.insert(target.name),
+                _ => continue,
+            };
+        }
+        for literal in literals(text) {
+            let Some(name) = assigned(text, literal.at.start) else { continue };
+            if let (false, Some(numbers)) = (literal.is_pose, text.numbers(literal.inside)) {
+                self.joints.insert(name.clone(), numbers.iter().map(|n| n.value).collect());
+            }
+            self.written.insert(name);
+        }
+    }
+
+    /// What the statements of a file do to the tool, and which positions they use.
+    fn steps(&mut self, source: &Source, steps: &mut Vec<Step>) {
+        let text = &source.text;
+        let mut calls = calls(text).into_iter().peekable();
+        // What every `end` ends.
+        let mut open: Vec<Step> = Vec::new();
+        for at in text.lines() {
+            let words = text.words(at.clone());
+            let first: String = words.chars().take_while(char::is_ascii_alphanumeric).collect();
+            let name = || words.split_whitespace().nth(1).and_then(|w| w.split('(').next()).unwrap_or("").to_owned();
+            match first.as_str() {
+                "def" | "thread" => {
+                    steps.push(Step::Begin(name()));
+                    open.push(Step::End);
+                }
+                "sec" if words.split_whitespace().count() > 1 => {
+                    steps.push(Step::Begin(name()));
+                    open.push(Step::End);
+                }
+                "if" => {
+                    steps.push(Step::Branch { is_side: true });
+                    open.push(Step::Join);
+                }
+                "elif" => steps.push(Step::Other { is_last: false }),
+                "else" => steps.push(Step::Other { is_last: true }),
+                "while" => {
+                    steps.push(Step::Loop);
+                    open.push(Step::Again);
+                }
+                "end" => steps.extend(open.pop()),
+                "return" | "halt" => steps.push(Step::Leave),
+                _ => {}
+            }
+            let is_head = matches!(first.as_str(), "def" | "thread" | "sec");
+            while let Some(call) = calls.next_if(|call| call.at < at.end.max(at.start + 1)) {
+                if call.name == "set_tcp" {
+                    steps.extend(tool_of(text, &call).map(|name| Step::Set(Frame::Tool, name)));
+                } else if !is_head && positions_of(&call.name) == 0 {
+                    steps.push(Step::Call(call.name.clone()));
+                }
+                for argument in call.arguments.iter().take(positions_of(&call.name)) {
+                    let value = value_of(text, argument);
+                    let words = text.words(value.clone());
+                    let key = if is_name(&words) { words } else { format!("{}:{}", source.file, value.start) };
+                    let next = self.numbers.len();
+                    let number = *self.numbers.entry(key).or_insert(next);
+                    steps.push(Step::Use(number, [None, None]));
+                }
+            }
+        }
+    }
+
+    fn frames_of(&self, key: &str) -> [BTreeSet<Name>; 2] {
+        self.numbers.get(key).and_then(|number| self.frames.get(number)).cloned().unwrap_or_default()
+    }
+
+    /// Joints near which the controller looks for those of a pose of this name.
+    fn near_of(&self, name: &str) -> Option<&Vec<f64>> {
+        self.joints.get(self.near.get(name)?)
+    }
+}
+
+/// The tool that `set_tcp` sets: numbers, or the name of a variable.
+fn tool_of(text: &Text, call: &Call) -> Option<Name> {
+    let words = text.words(value_of(text, call.arguments.first()?));
+    let tight: String = words.chars().filter(|c| !c.is_whitespace()).collect();
+    let short: String = tight.chars().take(60).collect();
+    Some(if is_name(&tight) { Name::new(tight.clone(), tight) } else { Name::new(tight, format!("set_tcp({short})")) })
+}
+
+/// The tools that a file writes out.
+fn tools(text: &Text, calls: &[Call]) -> Vec<Setting> {
+    let pose = |literal: &Literal| {
+        let values: Vec<f64> = text.numbers(literal.inside.clone())?.iter().map(|n| n.value).collect();
+        match meaning(Layout::UrPose, &values) {
+            Ok(Meaning::Pose(pose)) => Some(pose),
+            _ => None,
+        }
+    };
+    let literals: Vec<Literal> = literals(text).into_iter().filter(|literal| literal.is_pose).collect();
+    let set = calls.iter().filter(|call| call.name == "set_tcp").filter_map(|call| {
+        let name = tool_of(text, call).filter(|name| !is_name(&name.key))?;
+        let value = value_of(text, call.arguments.first()?);
+        let written = literals.iter().find(|literal| literal.at == value).and_then(pose);
+        let stands = written.map_or(Stands::Computed, Stands::At);
+        Some(Setting { line: text.line(call.at), frame: Frame::Tool, name, stands })
+    });
+    let named = literals.iter().filter_map(|literal| {
+        let name = assigned(text, literal.at.start)?;
+        let stands = pose(literal).map_or(Stands::Computed, Stands::At);
+        Some(Setting { line: text.line(literal.at.start), frame: Frame::Tool, name: Name::new(name.clone(), name), stands })
+    });
+    let set_later = text.lines().enumerate().filter_map(|(k, at)| {
+        let target = target(&text.words(at))?;
+        let is_new = !target.is_literal || !target.index.is_empty();
+        let name = Name::new(target.name.clone(), target.name);
+        is_new.then_some(Setting { line: k + 1, frame: Frame::Tool, name, stands: Stands::Computed })
+    });
+    set.chain(named).chain(set_later).collect()
+}
+
+/// The left side of an assignment.
+struct Target {
+    name: String,
+    /// `[2]`, where an element is set.
+    index: String,
+    /// True if a list or a pose stands on the right.
+    is_literal: bool,
+}
+
+fn target(line: &str) -> Option<Target> {
+    let sign = line.char_indices().position(|(k, c)| {
+        let beside = |k: Option<usize>| k.and_then(|k| line.as_bytes().get(k)).is_some_and(|b| b"=!<>".contains(b));
+        c == '=' && !beside(k.checked_sub(1)) && !beside(Some(k + 1))
+    })?;
+    let sign = line.char_indices().nth(sign)?.0;
+    let left = line[..sign].trim();
+    let (left, index) = left.find('[').map_or((left, ""), |k| (left[..k].trim(), &left[k..]));
+    let name = left.split_whitespace().last()?;
+    let right = line[sign + 1..].trim_start();
+    let before = left.strip_suffix(name)?.trim();
+    // Keywords of a call (a=1.2) stand behind a bracket; a declaration has one word before the name.
+    (is_name(name) && matches!(before, "" | "global" | "local")).then(|| Target {
+        name: name.into(),
+        index: index.into(),
+        is_literal: right.starts_with("p[") || right.starts_with('['),
+    })
+}
+
+fn scan_file(source: &Source, uses: &Uses) -> Scan {
+    let text = &source.text;
+    let calls = calls(text);
+    let mut scan = Scan { settings: tools(text, &calls), ..Scan::default() };
+    for literal in literals(text) {
+        // The innermost call around it.
+        let around = calls.iter().filter(|c| c.at <= literal.at.start && literal.at.end <= c.close).max_by_key(|c| c.at);
+        let line = text.line(literal.at.start);
+        let Some(call) = around else {
+            if let Some(name) = assigned(text, literal.at.start).filter(|name| uses.moved.contains(name)) {
+                if uses.computed.contains(&name) {
+                    let reason = "poses are computed from it too, which change with it";
+                    scan.warn(line, name.as_str(), reason, "write out the poses that are to be compensated");
+                }
+                if uses.parts.contains(&name) {
+                    scan.unread += 1; // Told where the number is set.
+                } else if let Some(position) = position(text, &literal, name.clone(), uses, &mut scan) {
+                    let (frames, spare) = (uses.frames_of(&name), uses.set.contains(&name));
+                    scan.positions.push(Position { frames, spare, ..position });
+                }
+            }
+            continue;
+        };
+        let argument = call.arguments.iter().position(|a| value_of(text, a) == literal.at);
+        if argument.is_some_and(|k| k < positions_of(&call.name)) {
+            let key = format!("{}:{}", source.file, literal.at.start);
+            if let Some(position) = position(text, &literal, call.name.clone(), uses, &mut scan) {
+                scan.positions.push(Position { frames: uses.frames_of(&key), ..position });
+            }
+        }
+    }
+    calls.iter().for_each(|call| depends(text, call, uses, &mut scan));
+    computed(text, uses, &mut scan);
+    scan
+}
+
+/// Motions to something that is not written out.
+fn depends(text: &Text, call: &Call, uses: &Uses, scan: &mut Scan) {
+    let line = text.line(call.at);
+    for argument in call.arguments.iter().take(motion(&call.name).unwrap_or(0)) {
+        let words = text.words(value_of(text, argument));
+        let literal = words.starts_with("p[") || words.starts_with('[');
+        if literal || words.is_empty() || uses.written.contains(&words) || words.starts_with("get_inverse_kin") {
+            continue;
+        }
+        let remedy = "write the position out, if it is to be compensated";
+        let what: String = format!("{} {words}", call.name).chars().take(60).collect();
+        scan.warn(line, what, "the motion goes to a position computed at run time", remedy);
+    }
+}
+
+/// Names that are moved to and computed.
+fn computed(text: &Text, uses: &Uses, scan: &mut Scan) {
+    for (k, at) in text.lines().enumerate() {
+        let words = text.words(at);
+        let Some(target) = target(&words).filter(|target| uses.moved.contains(&target.name)) else { continue };
+        if !target.index.is_empty() {
+            let reason =
+                "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
+            scan.warn(k + 1, format!("{}{}", target.name, target.index), reason, "write the whole position out");
+        } else if !target.is_literal {
+            let remedy = "write the position out, if it is to be compensated";
+            scan.warn(k + 1, target.name, "it is computed at run time, and a motion goes there", remedy);
+        }
+    }
+}
+
+fn position(text: &Text, literal: &Literal, name: String, uses: &Uses, scan: &mut Scan) -> Option<Position> {
+    let line = text.line(literal.at.start);
+    let Some(numbers) = text.numbers(literal.inside.clone()) else {
+        scan.unreadable(line, name, "its six numbers are not all written out", "write plain numbers, in metres and radians");
+        return None;
+    };
+    let layout = if literal.is_pose { Layout::UrPose } else { Layout::Radians };
+    let near = uses.near_of(&name).or_else(|| uses.near_of(&text.words(literal.at.clone()))).filter(|_| literal.is_pose);
+    let configuration = near.map_or(Configuration::Any, |q| Configuration::Near(q.clone()));
+    Some(Position { configuration, ..Position::new(line, name, layout, numbers) })
+}
