@@ -134,7 +134,8 @@ impl Known {
             match step {
                 Step::Begin(name) => {
                     (routine, state) = (name.clone(), of_caller());
-                    (branches.clear(), loops.clear());
+                    branches.clear();
+                    loops.clear();
                 }
                 Step::End => {
                     is_new |= join(self.exits.entry(routine.clone()).or_default(), &state);

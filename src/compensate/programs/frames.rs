@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::scan::{Frame, Name, Position, Remark, Scan, Setting, Stands};
-use crate::robot::{FramePose, Pose};
+use crate::robot::{FramePose, Pose, rotation_vector};
 use crate::units::{DEG, MM};
 
 /// Frames of a program nearer to each other than this (m, rad) are the same: programs have three decimals.
@@ -190,7 +190,8 @@ impl<'a> Frames<'a> {
             }
             if let Some(line) = computed {
                 let reason = format!("the {word} is computed at run time, and is taken to be the one given");
-                self.tell(frame, name, line, &reason, "check that it is", false);
+                let (what, remedy) = (name.shown.clone(), "check that it is".into());
+                self.tell(frame, name, line.file, Remark { line: line.line, what, reason, remedy, blocks: false });
             }
             return Ok(Place::Own);
         }
@@ -214,15 +215,15 @@ impl<'a> Frames<'a> {
         }
     }
 
-    fn tell(&mut self, frame: Frame, name: &Name, line: Line, reason: &str, remedy: &str, blocks: bool) {
+    fn tell(&mut self, frame: Frame, name: &Name, file: usize, remark: Remark) {
         if self.told.insert((frame, name.clone())) {
-            let (what, reason, remedy) = (name.shown.clone(), reason.into(), remedy.into());
-            self.remarks.push((line.file, Remark { line: line.line, what, reason, remedy, blocks }));
+            self.remarks.push((file, remark));
         }
     }
 
     fn refuse<T>(&mut self, frame: Frame, name: &Name, line: Line, reason: &str, remedy: &str) -> Result<T, Lacks> {
-        self.tell(frame, name, line, reason, remedy, true);
+        let (what, reason, remedy) = (name.shown.clone(), reason.into(), remedy.into());
+        self.tell(frame, name, line.file, Remark { line: line.line, what, reason, remedy, blocks: true });
         Err(Lacks::Told)
     }
 
@@ -279,7 +280,7 @@ impl<'a> Frames<'a> {
 fn are_same(a: &Pose, b: &Pose) -> bool {
     let apart = a.inverse() * b;
     let [position, angle] = SAME_FRAME;
-    apart.translation.vector.norm() <= position && apart.rotation.angle() <= angle
+    apart.translation.vector.norm() <= position && rotation_vector(&apart.rotation).norm() <= angle
 }
 
 /// X,Y,Z,A,B,C in mm and deg, as the options take them.

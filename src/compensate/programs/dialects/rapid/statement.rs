@@ -4,9 +4,12 @@ use std::ops::Range;
 
 use super::super::super::scan::{Name, Text, is_of_name};
 
+/// A line of the table of motions.
+type Instruction = (&'static str, usize, usize, Option<usize>);
+
 /// Motions: the name, how many arguments stand before the positions, the number of positions, and how many arguments stand
 /// between the positions and the tool, if it is not the last one.
-const MOTIONS: [(&str, usize, usize, Option<usize>); 44] = [
+const MOTIONS: [Instruction; 44] = [
     ("MOVEJ", 0, 1, Some(2)),
     ("MOVEL", 0, 1, Some(2)),
     ("MOVEC", 0, 2, Some(2)),
@@ -95,7 +98,7 @@ pub fn statements(text: &Text) -> Vec<Statement> {
 }
 
 /// The motion of a statement: its place, and its line in the table. It may stand behind a condition (IF ready MoveL ...).
-fn motion_word(capitals: &str) -> Option<(usize, &'static (&'static str, usize, usize, Option<usize>))> {
+fn motion_word(capitals: &str) -> Option<(usize, &'static Instruction)> {
     let mut depth = 0_usize;
     let bytes = capitals.as_bytes();
     for (at, byte) in bytes.iter().enumerate() {
