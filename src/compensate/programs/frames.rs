@@ -1,6 +1,6 @@
 //! The tool and the base of every position: as given by the user, as written out in a program, or in nobody's hand.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::scan::{Frame, Name, Position, Remark, Scan, Setting, Stands};
 use crate::robot::{FramePose, Pose, rotation_vector};
@@ -41,8 +41,8 @@ pub(super) struct Frames<'a> {
     of_given: [Option<Name>; 2],
     /// Frames of which has been told already.
     told: BTreeSet<(Frame, Name)>,
-    /// What is told of frames, by file.
-    pub remarks: Vec<(usize, Remark)>,
+    /// What is told of frames, by the index of the file.
+    pub remarks: BTreeMap<usize, Vec<Remark>>,
 }
 
 /// A frame as a file has it; none of a file of frames.
@@ -96,7 +96,7 @@ impl<'a> Frames<'a> {
                 used[1].extend(position.frames[1].iter().cloned());
             }
         }
-        let (told, remarks) = (BTreeSet::new(), Vec::new());
+        let (told, remarks) = (BTreeSet::new(), BTreeMap::new());
         let mut frames = Frames { given, known, used, of_given: [None, None], told, remarks };
         for frame in [Frame::Tool, Frame::Base] {
             let k = frame as usize;
@@ -217,7 +217,7 @@ impl<'a> Frames<'a> {
 
     fn tell(&mut self, frame: Frame, name: &Name, file: usize, remark: Remark) {
         if self.told.insert((frame, name.clone())) {
-            self.remarks.push((file, remark));
+            self.remarks.entry(file).or_default().push(remark);
         }
     }
 

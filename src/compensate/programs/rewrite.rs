@@ -107,9 +107,9 @@ pub fn rewrite_programs(
     let mut results: Vec<RewrittenProgram> = (programs.iter().zip(scans).enumerate())
         .map(|(file, (program, scan))| rewrite(program, scan, file, &mut frames, &mut benches))
         .collect();
-    for (file, remark) in frames.remarks {
+    for (file, remarks) in frames.remarks {
         if let Some(result) = results.get_mut(file) {
-            result.remarks.push(remark);
+            result.remarks.extend(remarks);
         }
     }
     for result in &mut results {
