@@ -73,7 +73,7 @@ pub fn free_poses(request: &FreePosesRequest<'_>) -> Result<Vec<Vec<f64>>, PoolE
     let workspace = || (Posture::new(robot), ClearanceCheck::new(robot, request.surroundings));
     let draw = |(posture, clearance): &mut (Posture, ClearanceCheck), number: u64| {
         let mut random = stream(request.seed, Purpose::Free, number);
-        let q: Vec<f64> = robot.links.iter().map(|l| between(within(l.drawn_range(), margins.limit), &mut random)).collect();
+        let q: Vec<f64> = robot.links.iter().map(|l| between(within(l.limits, margins.limit), &mut random)).collect();
         posture.set(robot, base, tool, &q, &none);
         let mut refusals = Refusals::default();
         let reflector = posture.world_from_tool(tool);
