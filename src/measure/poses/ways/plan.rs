@@ -122,12 +122,17 @@ pub fn plan_ways(
     let approaches: Vec<&[f64]> = poses.iter().map(|p| p.approach.as_slice()).collect();
     let homes = home_postures(&request, &approaches);
     let mut least_blocked: Option<Vec<BlockedPose>> = None;
-    for home in homes {
+    // A home from which all are reached as they are comes before one that needs other turns of a joint.
+    for (home, may_turn) in [false, true].into_iter().flat_map(|may_turn| homes.iter().map(move |home| (home, may_turn))) {
         let mut finder = WayFinder::new(request, home.clone());
         let mut to = BTreeMap::new();
         let mut blocked = Vec::new();
         for pose in poses.iter_mut() {
-            match finder.home_from(&pose.approach).map(reversed).or_else(|_| by_another_turn(&mut finder, pose)) {
+            let way = match finder.home_from(&pose.approach) {
+                Err(_) if may_turn => by_another_turn(&mut finder, pose),
+                way => way.map(reversed),
+            };
+            match way {
                 Ok(way) => drop(to.insert(pose.id.clone(), way)),
                 Err(why) => blocked.push(blocked_pose(pose, bodies, why)),
             }
@@ -137,7 +142,7 @@ pub fn plan_ways(
             }
         }
         if blocked.is_empty() {
-            let mut ways = HomeWays { home, mastering: None, to };
+            let mut ways = HomeWays { home: home.clone(), mastering: None, to };
             blocked = join(&mut finder, &ways, bodies, poses);
             if blocked.is_empty() {
                 ways.mastering = mastering(&mut finder, &request, socket, &ways.home);
