@@ -30,7 +30,11 @@ pub(crate) fn read_foreign_text(path: &Path) -> Result<String, FileError> {
     checked(path, in_utf8(read_bytes(path)?))
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// When it cannot be read, is a directory, or is longer than 64 MiB.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }

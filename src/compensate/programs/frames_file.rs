@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::dialects::fanuc;
 use super::program::{Dialect, Program};
 use super::scan::{Frame, Name, Setting, Stands};
-use crate::files::{FileError, parse_toml, read_text};
+use crate::files::{FileError, parse_toml, read_bytes, read_text};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
@@ -90,11 +90,11 @@ pub fn read_frames(path: &Path) -> Result<NamedFrames, FileError> {
         match dialect {
             Some(dialect) => {
                 // The code page of a controller is not always UTF-8, and names and numbers are ASCII.
-                let bytes = super::program::read_bytes(path)?;
+                let bytes = read_bytes(path)?;
                 let program = Program { path: path.into(), dialect, bytes };
                 dialect.scan(&[program], false).remove(0).settings
             }
-            None => fanuc::listed(&String::from_utf8_lossy(&super::program::read_bytes(path)?)),
+            None => fanuc::listed(&String::from_utf8_lossy(&read_bytes(path)?)),
         }
     };
     let settings: Vec<Setting> = settings.into_iter().filter(|s| matches!(s.stands, Stands::At(_) | Stands::Not(_))).collect();

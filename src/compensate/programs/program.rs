@@ -1,15 +1,10 @@
 //! Robot programs as they are on disk.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::dialects::{fanuc, krl, rapid, urscript};
 use super::scan;
-use crate::files::disk::{is_folder, open_file};
-use crate::files::{FileError, cannot_be_read};
-
-/// Longest program, bytes.
-const LONGEST: u64 = 64 << 20;
+use crate::files::{FileError, read_bytes};
 
 /// The language of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,18 +90,4 @@ pub fn read_program(path: &Path) -> Result<Program, FileError> {
         return Err(FileError::whole(path, "is not text of single bytes", "save it as UTF-8 or in the controller's code page"));
     }
     Ok(Program { path: path.into(), dialect, bytes })
-}
-
-/// The bytes of a file of at most 64 MiB.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
-    if is_folder(path) {
-        return Err(FileError::whole(path, "is a directory", "name a file"));
-    }
-    let mut bytes = Vec::new();
-    let read = open_file(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
-    read.map_err(|e| cannot_be_read(path, e))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
-    }
-    Ok(bytes)
 }

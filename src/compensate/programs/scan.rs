@@ -1,7 +1,7 @@
 //! The text of a program as bytes: comments and strings blanked out, lines, brackets and numbers with their places.
 
 use std::cmp::Ordering;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 
 use crate::robot::Pose;
@@ -187,6 +187,9 @@ pub struct Remark {
     pub blocks: bool,
 }
 
+/// What is to be done about positions that are not in the text.
+pub(super) const WRITE_OUT: &str = "write the position out, if it is to be compensated";
+
 /// The content of one file.
 #[derive(Debug, Default)]
 pub(super) struct Scan {
@@ -215,6 +218,38 @@ impl Scan {
         let (reason, remedy) = (reason.into(), remedy.into());
         self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: false });
     }
+
+    /// Tells of a position of which one number is set at run time.
+    pub fn tell_set_in_part(&mut self, line: usize, what: impl Into<String>) {
+        let reason =
+            "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
+        self.warn(line, what, reason, "write the whole position out");
+    }
+
+    /// Tells of a position that is set as a whole at run time.
+    pub fn tell_computed(&mut self, line: usize, what: impl Into<String>) {
+        self.warn(line, what, "it is computed at run time, and a motion goes there", WRITE_OUT);
+    }
+
+    /// Tells of a frame, `which` in words, of which a part is set at run time.
+    pub fn tell_frame_changed(&mut self, line: usize, what: impl Into<String>, which: &str) {
+        let reason = format!("{which} is changed at run time; positions are compensated for where it stands without that");
+        self.warn(line, what, &reason, "write out the positions or the frame that are to be compensated");
+    }
+
+    /// Tells of an external axis that is set at run time.
+    pub fn tell_axis_set(&mut self, line: usize, what: impl Into<String>) {
+        let remedy = "check that it carries neither the robot nor the work";
+        self.warn(line, what, "an external axis is set at run time", remedy);
+    }
+}
+
+/// The module that has a name, seen from `module`: itself, else the first of the others.
+pub(super) fn home_of(names: &HashSet<(usize, String)>, module: usize, name: &str) -> usize {
+    if names.contains(&(module, name.to_owned())) {
+        return module;
+    }
+    names.iter().filter(|(_, other)| other == name).map(|(home, _)| *home).min().unwrap_or(module)
 }
 
 impl Text {

@@ -7,7 +7,7 @@ mod statement;
 use std::collections::{HashMap, HashSet};
 
 use super::super::flow::{Names, Step, follow};
-use super::super::scan::{Brackets, Frame, Marks, Name, Position, Scan, Source, is_name};
+use super::super::scan::{Brackets, Frame, Marks, Name, Position, Scan, Source, WRITE_OUT, home_of, is_name};
 use aggregate::{AXES, Aggregate, POSE};
 use frames::{Forms, settings, written};
 use statement::{Destination, Statement, Target, statements};
@@ -20,7 +20,6 @@ const TYPES: [&str; 4] = ["POS", "E6POS", "AXIS", "E6AXIS"];
 const DECLARING: [&str; 10] = ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
 /// Positions of the controller at which the robot stands already.
 const HERE: [&str; 5] = ["$AXIS_ACT", "$POS_ACT", "$AXIS_FOR", "$POS_FOR", "$AXIS_RET"];
-const WRITE: &str = "write the position out, if it is to be compensated";
 
 /// A name in its module.
 type Key = (usize, String);
@@ -86,16 +85,8 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
 }
 
 impl Uses {
-    /// The module that a name belongs to, seen from another.
-    fn home(&self, module: usize, name: &str) -> usize {
-        if self.declared.contains(&(module, name.to_owned())) {
-            return module;
-        }
-        self.declared.iter().filter(|(_, other)| other == name).map(|(home, _)| *home).min().unwrap_or(module)
-    }
-
     fn key(&self, module: usize, root: &str, name: &str) -> Key {
-        (self.home(module, root), name.to_owned())
+        (home_of(&self.declared, module, root), name.to_owned())
     }
 
     fn number(&mut self, key: Key) -> usize {
@@ -267,11 +258,11 @@ fn motion(source: &Source, statement: &Statement, uses: &Uses, scan: &mut Scan) 
                 }
             }
             Destination::Function(name) => {
-                scan.warn(line, format!("{verb} {name}(...)"), "the motion goes to the result of a function", WRITE);
+                scan.warn(line, format!("{verb} {name}(...)"), "the motion goes to the result of a function", WRITE_OUT);
             }
-            Destination::Computed => scan.warn(line, verb, "the motion goes to a position computed at run time", WRITE),
+            Destination::Computed => scan.warn(line, verb, "the motion goes to a position computed at run time", WRITE_OUT),
             Destination::System(name) if !HERE.iter().any(|here| name.starts_with(here)) => {
-                scan.warn(line, name, "the motion goes to a position of the controller's own", WRITE);
+                scan.warn(line, name, "the motion goes to a position of the controller's own", WRITE_OUT);
             }
             Destination::System(_) | Destination::Literal(_) => {}
         }
@@ -286,19 +277,16 @@ fn assigned(source: &Source, line: usize, target: &Target, uses: &Uses, scan: &m
         field => format!("{}.{field}", target.indexed),
     };
     if let Some(which) = written(target) {
-        let reason = format!("{which} is changed at run time; positions are compensated for where it stands without that");
-        return scan.warn(line, what, &reason, "write out the positions or the frame that are to be compensated");
+        return scan.tell_frame_changed(line, what, which);
     }
     let is_position = uses.moved.contains(&key) || uses.typed.contains(&key);
     let is_literal = source.text.bytes().get(target.right.start) == Some(&b'{');
     if uses.parts.contains(&key) && is_position && !target.field.is_empty() && !target.field.starts_with('E') {
-        let reason =
-            "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
-        scan.warn(line, what, reason, "write the whole position out");
+        scan.tell_set_in_part(line, what);
     } else if target.field.is_empty() && uses.moved.contains(&key) && !is_literal {
-        scan.warn(line, what, "it is computed at run time, and a motion goes there", WRITE);
+        scan.tell_computed(line, what);
     } else if target.field.starts_with('E') && target.field.len() == 2 && is_position {
-        scan.warn(line, what, "an external axis is set at run time", "check that it carries neither the robot nor the work");
+        scan.tell_axis_set(line, what);
     }
 }
 

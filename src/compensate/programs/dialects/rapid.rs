@@ -6,7 +6,8 @@ mod statement;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::super::scan::{
-    Brackets, Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text, is_name,
+    Brackets, Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT,
+    home_of, is_name,
 };
 
 use frames::frames;
@@ -16,7 +17,6 @@ pub const MARKS: Marks = Marks { comment: b"!", quotes: b"\"" };
 
 /// Fields of a position that are numbers of its pose.
 const PARTS: [&str; 4] = ["TRANS", "ROT", "ROBCONF", "ROBAX"];
-const WRITE: &str = "write the position out, if it is to be compensated";
 /// Program displacements.
 const DISPLACED: [&str; 4] = ["PDISPON", "PDISPSET", "EOFFSON", "EOFFSSET"];
 
@@ -57,11 +57,7 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
 
 impl Uses {
     fn key(&self, module: usize, name: &str) -> Key {
-        if self.written.contains(&(module, name.to_owned())) {
-            return (module, name.to_owned());
-        }
-        let home = self.written.iter().filter(|(_, other)| other == name).map(|(home, _)| *home).min();
-        (home.unwrap_or(module), name.to_owned())
+        (home_of(&self.written, module, name), name.to_owned())
     }
 
     fn see(&mut self, source: &Source, statement: &Statement) {
@@ -228,18 +224,14 @@ fn told(source: &Source, statement: &Statement, line: usize, uses: &Uses, scan: 
             .to_owned();
         let first = component.split('.').next().unwrap_or("");
         if PARTS.contains(&first) && (uses.moved.contains(&key) || uses.written.contains(&key)) {
-            let reason =
-                "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
-            scan.warn(line, shown, reason, "write the whole position out");
+            scan.tell_set_in_part(line, shown);
         } else if first == "EXTAX" && (uses.moved.contains(&key) || uses.written.contains(&key)) {
-            let remedy = "check that it carries neither the robot nor the work";
-            scan.warn(line, shown, "an external axis is set at run time", remedy);
+            scan.tell_axis_set(line, shown);
         } else if ["TFRAME", "UFRAME", "OFRAME"].contains(&first) {
             let which = if first == "TFRAME" { "the tool" } else { "the work object" };
-            let reason = format!("{which} is changed at run time; positions are compensated for where it stands without that");
-            scan.warn(line, shown, &reason, "write out the positions or the frame that are to be compensated");
+            scan.tell_frame_changed(line, shown, which);
         } else if component.is_empty() && uses.moved.contains(&key) && !positions_within(text, statement) {
-            scan.warn(line, shown, "it is computed at run time, and a motion goes there", WRITE);
+            scan.tell_computed(line, shown);
         }
         return;
     };
@@ -257,7 +249,7 @@ fn told(source: &Source, statement: &Statement, line: usize, uses: &Uses, scan: 
             let reason = "an offset from a position that is compensated: the offset itself is as it was";
             scan.warn(line, what, reason, "keep it short, or write the position out");
         } else {
-            scan.warn(line, what, "the motion goes to a position that is not written out in the files given", WRITE);
+            scan.warn(line, what, "the motion goes to a position that is not written out in the files given", WRITE_OUT);
         }
     }
 }

@@ -6,7 +6,8 @@ use std::ops::Range;
 use super::super::flow::{Step, follow};
 use super::super::numbers::{Meaning, meaning};
 use super::super::scan::{
-    Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Setting, Source, Stands, Text, is_name, is_of_name,
+    Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name,
+    is_of_name,
 };
 
 pub const MARKS: Marks = Marks { comment: b"#", quotes: b"\"" };
@@ -338,9 +339,8 @@ fn depends(text: &Text, call: &Call, uses: &Uses, scan: &mut Scan) {
         if literal || words.is_empty() || uses.written.contains(&words) || words.starts_with("get_inverse_kin") {
             continue;
         }
-        let remedy = "write the position out, if it is to be compensated";
         let what: String = format!("{} {words}", call.name).chars().take(60).collect();
-        scan.warn(line, what, "the motion goes to a position computed at run time", remedy);
+        scan.warn(line, what, "the motion goes to a position computed at run time", WRITE_OUT);
     }
 }
 
@@ -350,12 +350,9 @@ fn computed(text: &Text, uses: &Uses, scan: &mut Scan) {
         let words = text.words(at);
         let Some(target) = target(&words).filter(|target| uses.moved.contains(&target.name)) else { continue };
         if !target.index.is_empty() {
-            let reason =
-                "one of its numbers is set at run time, so it is left as it is, and a motion there is as inaccurate as before";
-            scan.warn(k + 1, format!("{}{}", target.name, target.index), reason, "write the whole position out");
+            scan.tell_set_in_part(k + 1, format!("{}{}", target.name, target.index));
         } else if !target.is_literal {
-            let remedy = "write the position out, if it is to be compensated";
-            scan.warn(k + 1, target.name, "it is computed at run time, and a motion goes there", remedy);
+            scan.tell_computed(k + 1, target.name);
         }
     }
 }
