@@ -18,7 +18,6 @@ pub mod flange;
 pub mod krl;
 mod nominal_inverse;
 mod own_bodies;
-pub mod programs;
 mod refusal;
 pub mod rigid;
 pub mod targets_file;
@@ -26,7 +25,7 @@ mod task;
 mod uncertainty;
 pub mod urdf;
 
-pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target, Warnings};
-pub use refusal::Refusal;
+pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target};
+pub use refusal::{Refusal, Warnings};
 pub use task::{Task, TaskError, WorkFrame};
 pub use uncertainty::Uncertainty;

@@ -18,8 +18,8 @@ pub(crate) use encoding::Transcoded;
 pub use error::{FileError, FileErrorKind, cannot_be_read, cannot_be_written, one_line, with_reasons};
 pub use names::{name_remedy, nearest_name};
 pub(crate) use rows::{Record, Rows};
-pub use text::read_text;
-pub(crate) use text::{read_bytes, read_foreign_text};
+pub(crate) use text::read_foreign_text;
+pub use text::{read_bytes, read_text};
 pub use toml_document::{field_error, parse_toml};
 
 /// Bytes as hexadecimal digits, two each.

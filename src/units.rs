@@ -36,6 +36,20 @@ pub fn readable(si: f64, unit: f64) -> f64 {
         .unwrap_or(plain)
 }
 
+/// The number with this many decimals, zero without a sign.
+///
+/// ```
+/// use calibench::units::decimal;
+///
+/// assert_eq!(decimal(-35.04, 1), "-35.0");
+/// assert_eq!(decimal(-0.04, 1), "0.0");
+/// ```
+#[must_use]
+pub fn decimal(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').trim_matches(['0', '.']).is_empty() { text.trim_start_matches('-').into() } else { text }
+}
+
 /// The display unit of a parameter: its spelling and its SI value.
 ///
 /// ```

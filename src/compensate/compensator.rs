@@ -9,7 +9,7 @@ use super::own_bodies::OwnBodies;
 use super::rigid::RigidRobot;
 use super::task::Setup;
 use super::uncertainty::Spread;
-use super::{Refusal, Task, TaskError, Uncertainty, WorkFrame};
+use super::{Refusal, Task, TaskError, Uncertainty, Warnings, WorkFrame};
 use crate::effects::Needs;
 use crate::identify::calibration::Calibration;
 use crate::prediction::Extrapolation;
@@ -62,23 +62,6 @@ pub struct Target {
     pub payload: Option<Payload>,
     /// The conditions at the target.
     pub conditions: Conditions,
-}
-
-/// Warnings about a compensated target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Warnings {
-    /// A joint is outside the range covered by the calibration.
-    pub out_of_range: bool,
-    /// Small motions of the tool require large ones of the joints; the threshold is [`NEAR_SINGULAR`].
-    pub near_singular: bool,
-}
-
-impl Warnings {
-    /// The names in files.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        let named = [(self.out_of_range, "out_of_range"), (self.near_singular, "near_singular")];
-        named.into_iter().filter_map(|(is, name)| is.then_some(name))
-    }
 }
 
 /// The target to be commanded.
@@ -208,7 +191,7 @@ impl<'a> Compensator<'a> {
     ///
     /// # Errors
     /// Those of [`Compensator::new`].
-    pub(super) fn in_frames(&self, tool: Option<FramePose>, base: Option<FramePose>) -> Result<Self, TaskError> {
+    pub fn in_frames(&self, tool: Option<FramePose>, base: Option<FramePose>) -> Result<Self, TaskError> {
         let frame = base.map_or(self.task.frame, WorkFrame::Base);
         let task = Task { tool: tool.or(self.task.tool), frame, ..self.task.clone() };
         let mut other = Compensator::new(self.calibration, &task)?;
@@ -268,7 +251,7 @@ impl<'a> Compensator<'a> {
 
     /// Every set of nominal joints (rad) inside the limits that reaches a pose in the frame of the targets; `None` for arms
     /// without a spherical wrist.
-    pub(super) fn nominal_postures(&self, pose: &Pose) -> Option<Vec<[f64; 6]>> {
+    pub fn nominal_postures(&self, pose: &Pose) -> Option<Vec<[f64; 6]>> {
         let root_from_last = self.root_from_work * pose * self.arm.tool().pose().inverse();
         let mut postures = Vec::new();
         self.inverse.wrist()?.solutions(&root_from_last, 0.0, |q| postures.push(*q));
@@ -276,14 +259,19 @@ impl<'a> Compensator<'a> {
     }
 
     /// The sides of a posture that KUKA's status distinguishes, each negative where its bit is set (m, rad, rad).
-    pub(super) fn status_sides(&self, q: &[f64; 6]) -> Option<[f64; 3]> {
+    pub fn status_sides(&self, q: &[f64; 6]) -> Option<[f64; 3]> {
         let [reach, elbow, five] = self.inverse.wrist()?.bends(q);
         Some([reach, -elbow, five])
     }
 
     /// Joints (rad, N) near which the next pose is sought.
-    pub(super) fn near(&mut self) -> &mut Vec<f64> {
-        &mut self.near
+    pub fn near(&self) -> &[f64] {
+        &self.near
+    }
+
+    /// Has the next pose sought near these joints (rad, N).
+    pub fn seek_near(&mut self, q: &[f64]) {
+        q.clone_into(&mut self.near);
     }
 
     /// The part of the identified arm that is a rigid chain of links, and the size of the rest under the task's payload.

@@ -3,7 +3,7 @@
 use super::targets_file::POSE;
 use super::{Compensated, Target, Uncertainty};
 use crate::robot::{FramePose, JointKind, Pose, Robot};
-use crate::units::{DEG, MM};
+use crate::units::{DEG, MM, decimal};
 
 /// Targets and their results as the text of a CSV file, in order and complete.
 ///
@@ -75,16 +75,10 @@ fn pose_fields(pose: &Pose) -> [String; 6] {
 
 /// Six decimals: a nanometre.
 fn millimetres(si: f64) -> String {
-    written(si / MM, 6)
+    decimal(si / MM, 6)
 }
 
 /// Eight decimals: 2e-10 rad, less than a nanometre at the end of an arm of a metre.
 fn degrees(si: f64) -> String {
-    written(si / DEG, 8)
-}
-
-/// Formats with this number of decimals, zero without a sign.
-pub(super) fn written(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    if text.trim_start_matches('-').trim_matches(['0', '.']).is_empty() { text.trim_start_matches('-').into() } else { text }
+    decimal(si / DEG, 8)
 }

@@ -8,9 +8,8 @@ use std::fmt::Write;
 use thiserror::Error;
 
 use super::Fake;
-use super::fake_file::written;
 use crate::robot::{FramePose, Pose};
-use crate::units::{DEG, MM};
+use crate::units::{DEG, MM, decimal};
 
 /// Type of motion to a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,11 +178,11 @@ fn text(lines: &[String]) -> String {
 
 /// A KRL real has 24 bits: 0.06 um in a metre; more decimals would be dropped.
 fn pose_text(frame: &FramePose) -> String {
-    let ([x, y, z], [a, b, c]) = (frame.xyz.map(|v| written(v / MM, 4)), frame.rz_ry_rx.map(|v| written(v / DEG, 5)));
+    let ([x, y, z], [a, b, c]) = (frame.xyz.map(|v| decimal(v / MM, 4)), frame.rz_ry_rx.map(|v| decimal(v / DEG, 5)));
     format!("X {x},Y {y},Z {z},A {a},B {b},C {c}")
 }
 
 fn axes_text(q: &[f64]) -> String {
-    let axes: Vec<String> = q.iter().enumerate().map(|(i, q)| format!("A{} {}", i + 1, written(q / DEG, 5))).collect();
+    let axes: Vec<String> = q.iter().enumerate().map(|(i, q)| format!("A{} {}", i + 1, decimal(q / DEG, 5))).collect();
     axes.join(",")
 }

@@ -1,4 +1,4 @@
-//! The reasons why a target was not compensated, in words and as named in files.
+//! The reasons why a target was not compensated, in words and as named in files; what one that was is warned of.
 
 /// The reason why a target was not compensated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -48,5 +48,22 @@ impl Refusal {
             Refusal::OwnBody { .. } => "own_body",
             Refusal::NoValue { .. } => "no_value",
         }
+    }
+}
+
+/// Warnings about a compensated target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Warnings {
+    /// A joint is outside the range covered by the calibration.
+    pub out_of_range: bool,
+    /// Small motions of the tool require large ones of the joints; the threshold is [`NEAR_SINGULAR`](super::NEAR_SINGULAR).
+    pub near_singular: bool,
+}
+
+impl Warnings {
+    /// The names in files.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        let named = [(self.out_of_range, "out_of_range"), (self.near_singular, "near_singular")];
+        named.into_iter().filter_map(|(is, name)| is.then_some(name))
     }
 }

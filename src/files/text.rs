@@ -34,7 +34,7 @@ pub(crate) fn read_foreign_text(path: &Path) -> Result<String, FileError> {
 ///
 /// # Errors
 /// When it cannot be read, is a directory, or is longer than 64 MiB.
-pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }

@@ -9,8 +9,9 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 10] = [
+const PACKAGES: [(&str, &[&str]); 11] = [
     ("src", &[]),
+    ("programs/src", &["calibench"]),
     ("report/src", &["calibench"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
@@ -23,6 +24,7 @@ const PACKAGES: [(&str, &[&str]); 10] = [
         "cli/src",
         &[
             "calibench",
+            "calibench_programs",
             "calibench_report",
             "calibench_workbench",
             "calibench_sim",

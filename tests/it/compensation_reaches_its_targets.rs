@@ -1,61 +1,14 @@
 //! At the joints of a compensated target the identified model has the tool where it is desired, to a micrometre and a microradian, in
 //! position and orientation, whatever effects the calibration holds; and the controller, told the fake target, goes to those joints.
 
-use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
+use crate::identified::{EFFECTS, calibration, calibration_of, largest_error, postures, target};
 use calibench::compensate::{Compensator, Desired, Task, WorkFrame};
-use calibench::identify::calibration::Calibration;
-use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, built_in};
 use calibench::units::UM;
-use nalgebra::{Point3, Vector3};
 
 /// Position of the TCP, m; at a metre from it this is a microradian.
 const MET: f64 = 1.0 * UM;
-
-/// Points on the tool, m: its TCP, and one a metre along each of its axes.
-const ON_TOOL: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// The samples that a tracker would take of a point on the tool if all went well, under `calibration`.
-fn measured(calibration: &Calibration, offset: &[f64; 3], reached: &[(Vec<f64>, Pose)], payload: usize) -> Dataset {
-    let setup = &calibration.setups[0];
-    let tool = FramePose::from_pose(&(setup.tool.pose() * Pose::translation(offset[0], offset[1], offset[2])));
-    let sample = |(k, (q, world_from_tool)): (usize, &(Vec<f64>, Pose))| {
-        let point = world_from_tool * Point3::from(Vector3::from(*offset));
-        Sample {
-            payload,
-            time_s: Some(3600.0),
-            approach: Some(vec![0; q.len()]),
-            ..Sample::new(k.to_string(), q.clone(), Measured::Point(point.coords))
-        }
-    };
-    Dataset {
-        robot: calibration.robot.clone(),
-        base: setup.base,
-        tool,
-        gravity: setup.gravity,
-        payloads: setup.payloads.clone(),
-        samples: reached.iter().enumerate().map(sample).collect(),
-        ..Dataset::default()
-    }
-}
-
-/// The largest error of any point on the tool, m, as the least-squares problem sees it.
-pub fn largest_error(calibration: &Calibration, reached: &[(Vec<f64>, Pose)], payload: usize) -> f64 {
-    let of = |offset: &[f64; 3]| {
-        let dataset = measured(calibration, offset, reached, payload);
-        // The identified TCP is moved along: else it would be taken for that of the point on the tool.
-        let mut of_point = calibration.clone();
-        let shift = calibration.setups[0].tool.pose().rotation * Vector3::from(*offset);
-        let tool = of_point.estimates.iter_mut().filter(|e| e.effect == "tool_frame");
-        tool.zip(shift.iter()).for_each(|(estimate, shift)| estimate.value += shift);
-        let prediction = of_point.predict(&[NamedDataset::new("cell", &dataset)], Use::All).unwrap();
-        assert!(prediction.refitted.is_empty() && prediction.from_fit_rows.is_empty(), "nothing is fitted to what is judged");
-        prediction.residuals.iter().map(|r| r.norm()).fold(0.0, f64::max)
-    };
-    ON_TOOL.iter().map(of).fold(0.0, f64::max)
-}
 
 #[test]
 fn poses_in_the_world_are_met_with_either_load() {

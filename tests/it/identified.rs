@@ -8,12 +8,14 @@ use calibench::compensate::{Desired, Target};
 use calibench::effects::{Subject, build};
 use calibench::identify::calibration::{Calibration, Estimate, MeasuredSetup};
 use calibench::identify::fit::Outcome;
+use calibench::identify::problem::Use;
 use calibench::identify::{FittedRows, Model};
 use calibench::math::Observability;
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::robot::statics::Payload;
-use calibench::robot::{FramePose, Robot, built_in};
+use calibench::robot::{FramePose, Pose, Robot, built_in};
 use calibench::units::{DEG, MM};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -132,4 +134,47 @@ pub fn postures(count: usize, seed: u64) -> Vec<Vec<f64>> {
 /// A target that nothing more is said of.
 pub fn target(id: impl Into<String>, desired: Desired) -> Target {
     Target { id: id.into(), desired, payload: None, conditions: Conditions::default() }
+}
+
+/// Points on the tool, m: its TCP, and one a metre along each of its axes.
+const ON_TOOL: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// The samples that a tracker would take of a point on the tool if all went well, under `calibration`.
+fn measured(calibration: &Calibration, offset: &[f64; 3], reached: &[(Vec<f64>, Pose)], payload: usize) -> Dataset {
+    let setup = &calibration.setups[0];
+    let tool = FramePose::from_pose(&(setup.tool.pose() * Pose::translation(offset[0], offset[1], offset[2])));
+    let sample = |(k, (q, world_from_tool)): (usize, &(Vec<f64>, Pose))| {
+        let point = world_from_tool * Point3::from(Vector3::from(*offset));
+        Sample {
+            payload,
+            time_s: Some(3600.0),
+            approach: Some(vec![0; q.len()]),
+            ..Sample::new(k.to_string(), q.clone(), Measured::Point(point.coords))
+        }
+    };
+    Dataset {
+        robot: calibration.robot.clone(),
+        base: setup.base,
+        tool,
+        gravity: setup.gravity,
+        payloads: setup.payloads.clone(),
+        samples: reached.iter().enumerate().map(sample).collect(),
+        ..Dataset::default()
+    }
+}
+
+/// The largest error of any point on the tool, m, as the least-squares problem sees it.
+pub fn largest_error(calibration: &Calibration, reached: &[(Vec<f64>, Pose)], payload: usize) -> f64 {
+    let of = |offset: &[f64; 3]| {
+        let dataset = measured(calibration, offset, reached, payload);
+        // The identified TCP is moved along: else it would be taken for that of the point on the tool.
+        let mut of_point = calibration.clone();
+        let shift = calibration.setups[0].tool.pose().rotation * Vector3::from(*offset);
+        let tool = of_point.estimates.iter_mut().filter(|e| e.effect == "tool_frame");
+        tool.zip(shift.iter()).for_each(|(estimate, shift)| estimate.value += shift);
+        let prediction = of_point.predict(&[NamedDataset::new("cell", &dataset)], Use::All).unwrap();
+        assert!(prediction.refitted.is_empty() && prediction.from_fit_rows.is_empty(), "nothing is fitted to what is judged");
+        prediction.residuals.iter().map(|r| r.norm()).fold(0.0, f64::max)
+    };
+    ON_TOOL.iter().map(of).fold(0.0, f64::max)
 }

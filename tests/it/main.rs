@@ -14,7 +14,6 @@ mod a_kuka_is_driven_or_named;
 mod a_lost_zero_is_named;
 mod a_mistake_is_named_whatever_was_measured;
 mod a_printed_socket_names_the_joint;
-mod a_program_is_rewritten_and_nothing_else;
 mod a_recorded_session_replays;
 mod a_run_of_bad_samples_is_found;
 mod an_indicator_answers_or_is_named;
@@ -60,7 +59,6 @@ mod outside_robots;
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
 mod pool_probes_every_ball_of_the_paper;
-mod programs_are_as_controllers_write_them;
 mod real_robots_are_identified;
 mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;

@@ -3,16 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use calibench::compensate::programs::{
-    Dialect, NamedFrames, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_frames, read_program,
-    rewrite_programs,
-};
 use calibench::compensate::{Compensator, Target};
 use calibench::effects::Needs;
 use calibench::files::FileError;
 use calibench::files::disk::write_whole;
 use calibench::prediction::Extrapolation;
 use calibench::units::MM;
+use calibench_programs::{
+    Dialect, NamedFrames, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_frames, read_program,
+    rewrite_programs,
+};
 use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};
 use calibench_report::{extrapolation_sentence, plain_table};
 

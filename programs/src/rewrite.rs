@@ -6,10 +6,10 @@ use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::Program;
 use super::scan::{Configuration, Position, Remark, Scan};
-use crate::compensate::conditions::Conditions;
-use crate::compensate::{Compensator, Desired, Fake, Target, Warnings};
-use crate::robot::FramePose;
-use crate::units::DEG;
+use calibench::compensate::conditions::Conditions;
+use calibench::compensate::{Compensator, Desired, Fake, Target, Warnings};
+use calibench::robot::FramePose;
+use calibench::units::DEG;
 
 /// Read back, a position leads to its joints to this angle, rad.
 const SAME_JOINTS: f64 = 1e-6 * DEG;
@@ -163,7 +163,7 @@ impl<'a> Benches<'_, 'a> {
             &mut self.others[at].1
         };
         if let Some(near) = near {
-            *there.near() = near.to_vec();
+            there.seek_near(near);
         }
         Ok(there)
     }

@@ -5,7 +5,7 @@ mod statement;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::super::scan::{
+use crate::scan::{
     Brackets, Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT,
     home_of, is_name,
 };

@@ -9,9 +9,9 @@ use serde::Deserialize;
 use super::dialects::fanuc;
 use super::program::{Dialect, Program};
 use super::scan::{Frame, Name, Setting, Stands};
-use crate::files::{FileError, parse_toml, read_bytes, read_text};
-use crate::robot::FramePose;
-use crate::units::{DEG, MM};
+use calibench::files::{FileError, parse_toml, read_bytes, read_text};
+use calibench::robot::FramePose;
+use calibench::units::{DEG, MM};
 
 /// Tools and bases by the names that programs have for them.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -2,11 +2,11 @@
 
 use super::numbers::{TURNING, quadrant, whole_turn};
 use super::scan::{Configuration, Number};
-use crate::compensate::{Compensator, Refusal};
-use crate::robot::kinematics::Posture;
-use crate::robot::sites::SiteIndex;
-use crate::robot::{FramePose, Pose};
-use crate::units::DEG;
+use calibench::compensate::{Compensator, Refusal};
+use calibench::robot::kinematics::Posture;
+use calibench::robot::sites::SiteIndex;
+use calibench::robot::{FramePose, Pose};
+use calibench::units::DEG;
 
 /// A posture may be this far (rad, m) on the other side of the border between two configurations: programs hold positions
 /// rounded to 0.01 mm and 0.01 deg, and joints are at zero.
@@ -54,7 +54,7 @@ pub(super) fn posture_of(
         return Ok(Meant::Default);
     }
     let wrong: Vec<f64> = postures.iter().map(|q| wrong_side(compensator, configuration, q)).collect();
-    let near = compensator.near().clone();
+    let near = compensator.near().to_vec();
     let away = |q: &[f64; 6]| -> f64 { q.iter().zip(&near).map(|(q, near)| (q - near).powi(2)).sum() };
     // What is exactly right comes before what is right but for rounding.
     let best = [1e-6, ROUNDED].into_iter().find_map(|most| {

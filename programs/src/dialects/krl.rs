@@ -6,8 +6,8 @@ mod statement;
 
 use std::collections::{HashMap, HashSet};
 
-use super::super::flow::{Names, Step, follow};
-use super::super::scan::{Brackets, Frame, Marks, Name, Position, Scan, Source, WRITE_OUT, home_of, is_name};
+use crate::flow::{Names, Step, follow};
+use crate::scan::{Brackets, Frame, Marks, Name, Position, Scan, Source, WRITE_OUT, home_of, is_name};
 use aggregate::{AXES, Aggregate, POSE};
 use frames::{Forms, settings, written};
 use statement::{Destination, Statement, Target, statements};

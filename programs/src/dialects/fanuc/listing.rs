@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::super::super::numbers::{Meaning, meaning};
-use super::super::super::scan::{Frame, Layout, Name, Setting, Stands};
+use crate::numbers::{Meaning, meaning};
+use crate::scan::{Frame, Layout, Name, Setting, Stands};
 
 /// The frames of a listing of system variables: of `$MNUTOOL` and `$MNUFRAME` those of group 1.
 pub fn listed(text: &str) -> Vec<Setting> {

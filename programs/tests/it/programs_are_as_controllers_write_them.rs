@@ -1,11 +1,11 @@
 //! Programs in the style of the controllers' own editors: every position in its own tool and base, every construct that moves
 //! told by its line, nothing refused without cause.
 
-use calibench::compensate::programs::{Dialect, Permissions, Program, Remark, RewrittenProgram, rewrite_programs};
 use calibench::compensate::{Compensator, Desired, Target, Task, WorkFrame};
 use calibench::robot::inverse::StatusTurn;
 use calibench::robot::{FramePose, Pose};
 use calibench::units::{DEG, MM};
+use calibench_programs::{Dialect, Permissions, Program, Remark, RewrittenProgram, rewrite_programs};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

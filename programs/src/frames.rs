@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::scan::{Frame, Name, Position, Remark, Scan, Setting, Stands};
-use crate::robot::{FramePose, Pose, rotation_vector};
-use crate::units::{DEG, MM};
+use calibench::robot::{FramePose, Pose, rotation_vector};
+use calibench::units::{DEG, MM};
 
 /// Frames of a program nearer to each other than this (m, rad) are the same: programs have three decimals.
 const SAME_FRAME: [f64; 2] = [0.05 * MM, 0.02 * DEG];

@@ -3,9 +3,9 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 
-use super::super::flow::{Step, follow};
-use super::super::numbers::{Meaning, meaning};
-use super::super::scan::{
+use crate::flow::{Step, follow};
+use crate::numbers::{Meaning, meaning};
+use crate::scan::{
     Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name,
     is_of_name,
 };

@@ -5,10 +5,9 @@ use std::ops::Range;
 use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::scan::{Configuration, Layout, Number, Position};
-use crate::compensate::Fake;
-use crate::compensate::fake_file::written;
-use crate::robot::{FramePose, Pose, rotation_vector};
-use crate::units::{DEG, MM};
+use calibench::compensate::Fake;
+use calibench::robot::{FramePose, Pose, rotation_vector};
+use calibench::units::{DEG, MM, decimal};
 
 /// Decimals of a length in mm: 0.1 nm.
 const OF_MM: usize = 7;
@@ -120,7 +119,7 @@ fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
     let xyz: [f64; 3] = fake.pose.translation.vector.into();
     let FramePose { rz_ry_rx: [a, b, c], .. } = FramePose::from_pose(&fake.pose);
     let all = |values: &[f64], unit: f64, decimals: usize| -> Vec<String> {
-        values.iter().map(|v| written(v / unit, decimals)).collect()
+        values.iter().map(|v| decimal(v / unit, decimals)).collect()
     };
     match layout {
         Layout::KukaFrame => [all(&xyz, MM, OF_MM), all(&[a, b, c], DEG, OF_DEG)].concat(),

@@ -3,19 +3,18 @@
 
 use std::f64::consts::PI;
 
-use calibench::compensate::programs::{Dialect, Permissions, Program, RewrittenProgram, rewrite_programs};
 use calibench::compensate::{Compensator, Desired, Fake, Task, WorkFrame};
 use calibench::identify::calibration::Calibration;
 use calibench::robot::inverse::{SphericalWrist, StatusTurn};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, Robot, built_in};
 use calibench::units::{DEG, MM, UM};
+use calibench_programs::{Dialect, Permissions, Program, RewrittenProgram, rewrite_programs};
 use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::compensation_reaches_its_targets::largest_error;
-use crate::identified::{EFFECTS, calibration_of, postures, target};
+use crate::identified::{EFFECTS, calibration_of, largest_error, postures, target};
 
 /// Promised: read back to the same joints.
 const SAME_JOINTS: f64 = 1e-6 * DEG;

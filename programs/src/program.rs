@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::dialects::{fanuc, krl, rapid, urscript};
 use super::scan;
-use crate::files::{FileError, read_bytes};
+use calibench::files::{FileError, read_bytes};
 
 /// The language of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl Dialect {
     /// ```
     /// use std::path::Path;
     ///
-    /// use calibench::compensate::programs::Dialect;
+    /// use calibench_programs::Dialect;
     ///
     /// assert_eq!(Dialect::of(Path::new("weld.SRC")), Some(Dialect::Krl));
     /// assert_eq!(Dialect::of(Path::new("weld.txt")), None);

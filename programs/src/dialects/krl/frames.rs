@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::super::super::flow::Step;
-use super::super::super::scan::{Brackets, Frame, Name, Setting, Source, Stands, Text, is_name};
 use super::aggregate::Aggregate;
 use super::statement::{Statement, Target, statements};
-use crate::robot::Pose;
+use crate::flow::Step;
+use crate::scan::{Brackets, Frame, Name, Setting, Source, Stands, Text, is_name};
+use calibench::robot::Pose;
 
 /// Variables that hold the frame of motions, with the lists and the fields that number them.
 const FRAMES: [(Frame, &str, &str, &str); 2] =

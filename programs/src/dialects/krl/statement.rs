@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::super::super::scan::{Text, is_name, is_of_name};
+use crate::scan::{Text, is_name, is_of_name};
 
 /// Motions to positions, and how many they have.
 const MOTIONS: [(&str, usize); 7] = [("PTP", 1), ("LIN", 1), ("CIRC", 2), ("SPTP", 1), ("SLIN", 1), ("SCIRC", 2), ("SPL", 1)];

@@ -5,7 +5,7 @@ mod listing;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 
-use super::super::scan::{Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text};
+use crate::scan::{Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text};
 
 pub use listing::listed;
 

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::super::super::numbers::{Meaning, meaning};
-use super::super::super::scan::{Brackets, Configuration, Layout, Number, Position, Scan, Text, is_of_name};
-use crate::robot::Pose;
+use crate::numbers::{Meaning, meaning};
+use crate::scan::{Brackets, Configuration, Layout, Number, Position, Scan, Text, is_of_name};
+use calibench::robot::Pose;
 
 pub const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 pub const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 
-use crate::robot::Pose;
+use calibench::robot::Pose;
 
 /// Marks of a dialect for comments and strings.
 pub(super) struct Marks {

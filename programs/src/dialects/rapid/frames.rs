@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::super::super::numbers::{Meaning, meaning};
-use super::super::super::scan::{Frame, Layout, Name, Scan, Setting, Stands, Text};
 use super::statement::Statement;
+use crate::numbers::{Meaning, meaning};
+use crate::scan::{Frame, Layout, Name, Scan, Setting, Stands, Text};
 
 /// The reason why work in the hand cannot be compensated for.
 const IN_HAND: &str = "the robot holds the work and the tool stands";

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::super::super::scan::{Name, Text, is_of_name};
+use crate::scan::{Name, Text, is_of_name};
 
 /// A line of the table of motions.
 type Instruction = (&'static str, usize, usize, Option<usize>);
