@@ -8,6 +8,7 @@ mod ball_step;
 mod base_drift;
 mod base_frame;
 mod base_step;
+mod base_wander;
 mod bearing_tilt;
 mod cross_compliance;
 mod error_curve;
@@ -18,6 +19,7 @@ mod gravity_backlash;
 mod gravity_direction;
 mod harmonic;
 mod hysteresis;
+mod instrument_scale;
 mod joint_compliance;
 mod joint_scale;
 mod joint_source;
@@ -39,7 +41,9 @@ mod target;
 mod thermal_growth;
 mod thermal_joint;
 mod through_compliance;
+mod tool_bending;
 mod tool_frame;
+mod tool_looseness;
 mod tool_step;
 mod tracker_registration;
 mod unsettled;
@@ -76,6 +80,8 @@ pub const CATALOGUE: &[Family] = &[
     tool_frame::FAMILY,
     probe_rotation::FAMILY,
     tool_step::FAMILY,
+    tool_bending::FAMILY,
+    tool_looseness::FAMILY,
     gauge_zero::FAMILY,
     gauge_gain::FAMILY,
     gauge_tilt::FAMILY,
@@ -93,7 +99,9 @@ pub const CATALOGUE: &[Family] = &[
     gravity_direction::FAMILY,
     base_drift::FAMILY,
     base_step::FAMILY,
+    base_wander::FAMILY,
     tracker_registration::FAMILY,
+    instrument_scale::FAMILY,
     target::FAMILY,
     outlier::FAMILY,
 ];

@@ -143,6 +143,12 @@ impl<'a> Situation<'a> {
         }
     }
 
+    /// Direction of gravity in the axes of the last frame; zero without gravity.
+    pub fn gravity_in_last_frame(&self) -> Vector3<f64> {
+        let down = self.gravity.try_normalize(0.0).unwrap_or_default();
+        self.posture.frame(self.q.len()).components(&down)
+    }
+
     /// Time as a share of the session, 0 to 1: its coefficient is the amount accumulated at the end of the session.
     pub fn share_of_session(&self) -> Option<f64> {
         let (time, duration) = (self.time_s?, self.duration_s?);
