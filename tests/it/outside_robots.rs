@@ -38,17 +38,43 @@ pub enum Class {
     Load,
     /// The tool rocks in its changer to the side that gravity pulls.
     RockingTool,
+    /// Base and instrument wander apart, as a random walk.
+    Wandering,
+    /// A hose follows a joint with play, and pulls at it by where it lies.
+    Memory,
+    /// A joint errs with the sum of two angles, as where a parallelogram drives it.
+    Parallelogram,
     /// Nothing, but the noise is twice as stated.
     Noisy,
 }
 
 impl Class {
-    pub const ALL: [Class; 7] =
-        [Class::Clean, Class::OtherAngle, Class::TwoAngles, Class::Product, Class::Load, Class::RockingTool, Class::Noisy];
+    pub const ALL: [Class; 10] = [
+        Class::Clean,
+        Class::OtherAngle,
+        Class::TwoAngles,
+        Class::Product,
+        Class::Load,
+        Class::RockingTool,
+        Class::Wandering,
+        Class::Memory,
+        Class::Parallelogram,
+        Class::Noisy,
+    ];
 }
 
-/// The hidden error at a posture: angles that the joints turn too far, rad, and a displacement of the tool in its axes, m.
-type Hidden = Box<dyn Fn(&[f64], Vector3<f64>) -> (Vec<f64>, Vector3<f64>)>;
+/// What is hidden at a posture.
+struct Error {
+    /// Angles that the joints turn too far, rad.
+    turned: Vec<f64>,
+    /// Displacement of the tool in its axes, m.
+    of_tool: Vector3<f64>,
+    /// Displacement of everything in the room, m.
+    of_room: Vector3<f64>,
+}
+
+/// The hidden error at one posture after the other, with the direction of gravity in the tool's axes.
+type Hidden = Box<dyn FnMut(&[f64], Vector3<f64>) -> Error>;
 
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
@@ -69,13 +95,14 @@ fn hidden(class: Class, rng: &mut ChaCha8Rng) -> Hidden {
     let v = others.remove(rng.random_range(0..others.len()));
     let w = others.remove(rng.random_range(0..others.len()));
     let size = rng.random_range(80.0..250.0) * URAD;
+    let none = || Error { turned: vec![0.0; 6], of_tool: Vector3::zeros(), of_room: Vector3::zeros() };
     let turned = move |f: f64| {
-        let mut turned = vec![0.0; 6];
-        turned[joint] = size * f;
-        (turned, Vector3::zeros())
+        let mut error = none();
+        error.turned[joint] = size * f;
+        error
     };
     match class {
-        Class::Clean | Class::Noisy => Box::new(|q, _| (vec![0.0; q.len()], Vector3::zeros())),
+        Class::Clean | Class::Noisy => Box::new(move |_, _| none()),
         Class::OtherAngle => {
             let f = waves(rng);
             Box::new(move |q, _| turned(f(q[v])))
@@ -103,8 +130,34 @@ fn hidden(class: Class, rng: &mut ChaCha8Rng) -> Hidden {
         Class::RockingTool => {
             let reach = rng.random_range(0.05..0.15) * MM;
             let sharp = rng.random_range(1.0..5.0);
-            Box::new(move |q, down| {
-                (vec![0.0; q.len()], Vector3::new((sharp * down.x).tanh(), (sharp * down.y).tanh(), 0.0) * reach)
+            Box::new(move |_, down| Error {
+                of_tool: Vector3::new((sharp * down.x).tanh(), (sharp * down.y).tanh(), 0.0) * reach,
+                ..none()
+            })
+        }
+        Class::Wandering => {
+            let step = rng.random_range(0.005..0.02) * MM;
+            let mut walk = ChaCha8Rng::seed_from_u64(rng.random());
+            let mut at = Vector3::zeros();
+            Box::new(move |_, _| {
+                at += Vector3::from_fn(|_, _| step * normal(&mut walk));
+                Error { of_room: at, ..none() }
+            })
+        }
+        Class::Memory => {
+            let play = rng.random_range(0.3..0.8);
+            let mut hose = 0.0f64;
+            Box::new(move |q, _| {
+                hose = hose.clamp(q[v] - play, q[v] + play);
+                turned(1.5 * (q[v] - hose) / play)
+            })
+        }
+        Class::Parallelogram => {
+            let phase = rng.random_range(0.0..6.0);
+            Box::new(move |q, _| {
+                let mut error = none();
+                error.turned[2] = 1.4 * size * (q[1] + q[2] + phase).sin();
+                error
             })
         }
     }
@@ -123,7 +176,7 @@ impl Outside {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let robot = built_in(["kr6_r700", "ur5", "ur10"][(seed % 3) as usize]).expect("built in");
         let truly = off_nominal(&robot, &mut rng);
-        let hidden = hidden(class, &mut rng);
+        let mut hidden = hidden(class, &mut rng);
         let (base, tool) = (FramePose::default(), FramePose { xyz: [0.05, 0.02, 0.15], rz_ry_rx: [0.0; 3] });
         let noise = if class == Class::Noisy { 2.0 * NOISE } else { NOISE };
         let mut samples = Vec::new();
@@ -134,16 +187,20 @@ impl Outside {
             let frame = FramePose::default();
             let down: Vector3<f64> =
                 UnitQuaternion::from(world_from_tool(&robot, &frame, &frame, &q).rotation).inverse() * Vector3::z();
-            let (turned, displaced) = hidden(&q, down);
+            let error = hidden(&q, down);
             let jitter = Vector3::from_fn(|_, _| noise * normal(&mut rng));
             let at = |q: &[f64], displaced: Vector3<f64>| {
                 let pose = world_from_tool(&truly, &base, &tool, q);
                 pose.translation.vector + pose.rotation * displaced + jitter
             };
-            let bent: Vec<f64> = q.iter().zip(&turned).map(|(q, t)| q + t).collect();
-            let set = if k < 80 { SampleSet::Fit } else { SampleSet::Validation };
-            let sample = |point| Sample { set, ..Sample::new(format!("p{k}"), q.clone(), Measured::Point(point)) };
-            samples.push(sample(at(&bent, displaced)));
+            let bent: Vec<f64> = q.iter().zip(&error.turned).map(|(q, t)| q + t).collect();
+            // What changes with time is judged at the same time as it is fitted.
+            let of_session = class == Class::Wandering;
+            let is_fitted = if of_session { k < 160 && k % 2 == 0 } else { k < 80 };
+            let set = if is_fitted { SampleSet::Fit } else { SampleSet::Validation };
+            let time_s = of_session.then_some(30.0 * f64::from(k));
+            let sample = |point| Sample { set, time_s, ..Sample::new(format!("p{k}"), q.clone(), Measured::Point(point)) };
+            samples.push(sample(at(&bent, error.of_tool) + error.of_room));
             known.push(sample(at(&q, Vector3::zeros())));
         }
         let noise = Noise { point: Some(NOISE), ..Noise::default() };

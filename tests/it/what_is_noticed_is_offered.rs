@@ -32,6 +32,18 @@ fn a_tool_that_rocks_is_not_noise_and_noise_is() {
     }
 }
 
+#[test]
+fn a_loose_tool_and_a_wandering_base_are_named() {
+    for (class, named) in [(Class::RockingTool, "tool_looseness"), (Class::Wandering, "base_wander")] {
+        for seed in FIRST..FIRST + 2 {
+            let end = climbed(class, seed);
+            println!("{class:?} {seed}: {end:?}");
+            assert!(end.steps.concat().iter().any(|id| id == named), "{class:?} {seed}: {end:?}");
+            assert!(end.measured < 0.7 * end.before && end.is_an_end(), "{class:?} {seed}: {end:?}");
+        }
+    }
+}
+
 /// Twenty robots a class: it prints how many are within 1.3 of who knows; the first step is always the advised one, no physics is called noise, no
 /// step at the noise overruled, and nothing is to be added to what is recommended; of robots without a hidden error none gets a step.
 #[test]

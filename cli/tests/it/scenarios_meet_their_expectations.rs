@@ -55,6 +55,7 @@ macro_rules! scenarios {
 }
 
 scenarios! {
+    bent_tool: "bent-tool",
     blind_cable_spring: "blind-cable-spring",
     blind_cross_coupled_wrist: "blind-cross-coupled-wrist",
     blind_gear_defect: "blind-gear-defect",
@@ -68,6 +69,7 @@ scenarios! {
     gallery: "gallery",
     gear_ripple: "gear-ripple",
     good_robots: "good-robots",
+    loose_tool: "loose-tool",
     mixed: "mixed",
     moved_ball: "moved-ball",
     mujoco_bearing: "mujoco-bearing",
@@ -87,6 +89,7 @@ scenarios! {
     table8: "table8",
     table8_printed: "table8-printed",
     tilted_pedestal: "tilted-pedestal",
+    wandering_base: "wandering-base",
     warm_robot: "warm-robot",
 }
 

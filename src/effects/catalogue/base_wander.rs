@@ -1,8 +1,8 @@
-//! `base_wander`: base and instrument wander apart, `base += sum_k (x_k, y_k, z_k) sin((k - 1/2) pi t)` in the world, k = 1 to 6, t
+//! `base_wander`: base and instrument wander apart, `base += sum_k (x_k, y_k, z_k) sin((k - 1/2) pi t)` in the world, k = 1 to 8, t
 //! being time as a share of the session.
 //!
 //! These are the first functions of Karhunen and Loève's series of a random walk, whose coefficients are independent with a
-//! standard deviation of sqrt(2) s / ((k - 1/2) pi), s being that of the walk at the end of the session. Six hold 97 % of its
+//! standard deviation of sqrt(2) s / ((k - 1/2) pi), s being that of the walk at the end of the session. Eight hold 97 % of its
 //! variance; what is faster is left to the noise.
 
 use std::f64::consts::{PI, SQRT_2};
@@ -22,7 +22,7 @@ pub(super) const FAMILY: Family = Family {
     arguments: "",
     name: "wander of the base against the instrument",
     what: "base and instrument wander apart without a direction",
-    equation: "base += sum (x, y, z)_k sin((k - 1/2) pi t), k = 1..6",
+    equation: "base += sum (x, y, z)_k sin((k - 1/2) pi t), k = 1..8",
     origin: Origin::SetUp,
     scan: Scan::None,
     follows: &[Follows::World, Follows::Time],
@@ -66,7 +66,7 @@ pub(super) const FAMILY: Family = Family {
 };
 
 /// Number of functions of the series.
-const ORDERS: usize = 6;
+const ORDERS: usize = 8;
 
 /// Plausible walk at the end of the session (1 sigma), m.
 const WALK: f64 = 0.05 * MM;

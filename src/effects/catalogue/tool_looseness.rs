@@ -53,5 +53,5 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Share of gravity that closes the play: friction in the seat of a changer holds the tool against no more than a tenth of its weight.
-const CLOSING: f64 = 0.1;
+/// g_0, as a share of gravity: dry steel holds a tool in its seat by friction against no more than a fifth of its weight.
+const CLOSING: f64 = 0.2;
