@@ -180,10 +180,16 @@ const OUTLIER_ODDS: f64 = 20.0;
 const TRIED: usize = 4;
 
 impl Diagnosis {
+    /// The verdict on the data without the suspect samples, or on all of them where none is suspect.
+    #[must_use]
+    pub fn verdict_of_the_rest(&self) -> Verdict {
+        self.verdict_without_suspects.unwrap_or(self.verdict)
+    }
+
     /// Withdraws a verdict that names no effect, for data that do not fit their robot and were accepted by force: that they do not
     /// fit is why their residual is neither noise nor what a robot beyond the model leaves.
     pub fn doubt(&mut self) {
-        if !self.verdict_without_suspects.unwrap_or(self.verdict).names_effects() {
+        if !self.verdict_of_the_rest().names_effects() {
             (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);
         }
     }
@@ -220,10 +226,7 @@ impl Diagnosis {
 
     /// The shape that is the answer where no effect of the catalogue explains the residual.
     pub fn shape(&self) -> Option<Addition> {
-        self.shapes()
-            .into_iter()
-            .next()
-            .filter(|_| self.verdict_without_suspects.unwrap_or(self.verdict) == Verdict::Unexplained)
+        self.shapes().into_iter().next().filter(|_| self.verdict_of_the_rest() == Verdict::Unexplained)
     }
 
     /// True if the error of a joint follows two variables at once rather than one.

@@ -71,11 +71,6 @@ fn unconverged(d: &Diagnosis) -> Option<String> {
     (d.outcome != Outcome::Converged).then(|| format!("WARNING: {}", unconverged_sentence(d.outcome)))
 }
 
-/// The verdict on the data without the suspect samples.
-fn beneath(d: &Diagnosis) -> Verdict {
-    d.verdict_without_suspects.unwrap_or(d.verdict)
-}
-
 /// The first effect named, suspect samples excluded.
 fn first(d: &Diagnosis) -> Option<&Finding> {
     let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(Finding::is_sample));
@@ -84,12 +79,12 @@ fn first(d: &Diagnosis) -> Option<&Finding> {
 
 /// The effect that explains most, its share, and how much is still missing.
 fn main(d: &Diagnosis) -> Option<String> {
-    let first = first(d).filter(|_| beneath(d).names_effects())?;
+    let first = first(d).filter(|_| d.verdict_of_the_rest().names_effects())?;
     let share = d.explains?;
     // The share refers to squared residuals in units of the noise; in millimetres the residual cannot fall below the noise.
     let left = (d.rms * (1.0 - share).max(0.0).sqrt()).max(d.noise) / MM;
     let known = d.chi2_per_dof_with_it.map_or(String::new(), |chi2| format!(", chi2/dof {chi2:.2}"));
-    let rest = match beneath(d) {
+    let rest = match d.verdict_of_the_rest() {
         Verdict::Partly => format!("{left:.4} mm rms remain with it{known}: more is missing"),
         _ => format!("{left:.4} mm rms remain with it{known}, as expected of noise and the usual model discrepancy"),
     };
@@ -107,7 +102,7 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
         return Some(warning);
     }
     let named = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| &f.hypothesis.in_model);
-    let lacking = match beneath(d) {
+    let lacking = match d.verdict_of_the_rest() {
         Verdict::NothingLeft if d.noise_is_overstated() => {
             Some("The noise is stated too large, and what is smaller than it is overlooked.".into())
         }
@@ -157,7 +152,7 @@ pub(super) fn lacking_words(d: &Diagnosis) -> String {
     let share =
         |share: Option<f64>| share.map_or(String::new(), |s| format!(" explains {:.0} % of what the model leaves", 100.0 * s));
     let of_first = || first(d).map_or(String::new(), |f| called(&d.registry, &f.hypothesis.in_model));
-    let lacking = match beneath(d) {
+    let lacking = match d.verdict_of_the_rest() {
         Verdict::DataDoNotFit => "the data do not fit the robot".to_owned(),
         Verdict::NothingLeft | Verdict::SuspectSamples if d.is_thin() => "too few samples to find any".to_owned(),
         Verdict::NothingLeft | Verdict::SuspectSamples => "what the model leaves is noise".to_owned(),
@@ -190,7 +185,7 @@ fn named(d: &Diagnosis) -> impl Iterator<Item = &Finding> {
 
 fn verdict(d: &Diagnosis) -> String {
     let word = if d.verdict == Verdict::SuspectSamples { "Without them" } else { "Verdict" };
-    match beneath(d) {
+    match d.verdict_of_the_rest() {
         Verdict::NothingLeft if d.is_thin() => format!(
             "{word}: nothing left, but hardly anything could be found: {} residuals are few for a model of {} unknowns. Measure more postures.",
             d.residuals,
@@ -226,7 +221,7 @@ fn verdict(d: &Diagnosis) -> String {
 
 /// What led to the verdict, what it means, and what to do.
 fn verdict_explained(d: &Diagnosis) -> Vec<String> {
-    match beneath(d) {
+    match d.verdict_of_the_rest() {
         Verdict::NothingLeft | Verdict::DataDoNotFit | Verdict::SuspectSamples | Verdict::NoiseLargerThanStated => Vec::new(),
         Verdict::Unexplained => unexplained(d),
         _ => named(d).flat_map(|f| saw_means_do(f, &d.registry)).collect(),
@@ -306,7 +301,7 @@ fn left(d: &Diagnosis) -> String {
             d.dof
         )
     } else {
-        let balance = if beneath(d).is_noise() {
+        let balance = if d.verdict_of_the_rest().is_noise() {
             String::new()
         } else {
             format!(

@@ -95,7 +95,7 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
 #[must_use]
 pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {
     let first = &ladder.first().diagnosis;
-    let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
+    let verdict = first.verdict_of_the_rest();
     let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
     (verdict == Verdict::Indistinguishable).then(|| {
         format!(

@@ -33,6 +33,6 @@ impl Planned {
 pub fn planned_for(datasets: &[NamedDataset<'_>], model: &Model, ground: HoldOut<'_>) -> Result<Planned, IdentifyError> {
     let ladder = ladder(datasets, model, ground)?;
     let first = &ladder.first().diagnosis;
-    let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
+    let verdict = first.verdict_of_the_rest();
     Ok(Planned { in_question: verdict == Verdict::Indistinguishable, ladder })
 }

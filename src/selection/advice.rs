@@ -65,7 +65,7 @@ impl Advice {
     pub fn on(datasets: &[NamedDataset<'_>], below: &LadderStep, ground: HoldOut<'_>) -> Result<Self, IdentifyError> {
         let mut refused: Vec<RefusedStep> = Vec::new();
         let diagnosis = &below.diagnosis;
-        let verdict = diagnosis.verdict_without_suspects.unwrap_or(diagnosis.verdict);
+        let verdict = diagnosis.verdict_of_the_rest();
         if let Some(to_do) = without_step(below) {
             return Ok(Advice { to_do, step: None, refused });
         }
@@ -99,11 +99,10 @@ impl Advice {
     #[must_use]
     pub fn after(ladder: &Ladder) -> Self {
         let end = ladder.recommended();
-        let to_do =
-            without_step(end).unwrap_or(match end.diagnosis.verdict_without_suspects.unwrap_or(end.diagnosis.verdict) {
-                Verdict::Indistinguishable => ToDo::Distinguish,
-                _ => ToDo::Stop,
-            });
+        let to_do = without_step(end).unwrap_or(match end.diagnosis.verdict_of_the_rest() {
+            Verdict::Indistinguishable => ToDo::Distinguish,
+            _ => ToDo::Stop,
+        });
         let refused = match &ladder.top {
             StopReason::NoStepHelps { tried } => tried.clone(),
             _ => Vec::new(),

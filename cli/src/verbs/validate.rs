@@ -33,6 +33,9 @@ pub struct Arguments {
     /// were set up again for them
     #[arg(long)]
     set_up_anew: bool,
+    /// Judge the very rows that were fitted: their residuals are no errors, and without this nothing held out is exit code 1
+    #[arg(long)]
+    fitted: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -72,6 +75,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         false => Err(NoForecast::OtherRows),
     };
     let table = ErrorTable::of(&named(&datasets), &calibration, None);
+    let residuals_only = is_the_fit || fitted.is_some_and(|share| share > 0.5);
+    let outcome = if residuals_only && !arguments.fitted {
+        warn(
+            "Nothing is held out: these are the rows that were fitted, and their residuals are no errors. Hold rows out (set 'validation' in samples.csv, or `import ... --holdout`), or ask for residuals with --fitted.",
+        );
+        Outcome::ExpectationFailed
+    } else {
+        Outcome::Done
+    };
     if arguments.json {
         print_json(&Validated {
             states: Some(BeforeAndAfter::of(&table, None)),
@@ -80,9 +92,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             fitted,
             workspace: expected.as_ref().ok().map(documents::Workspace::of_forecast),
         })?;
-        return Ok(Outcome::Done);
+        return Ok(outcome);
     }
-    let figure = if is_the_fit || fitted.is_some_and(|share| share > 0.5) { RESIDUAL } else { NOT_FITTED };
+    let figure = if residuals_only { RESIDUAL } else { NOT_FITTED };
     let name = format!("{}, {} samples", figure.name, validation.samples);
     print_answer(validation_table([rows_before(&table), vec![validation_row(&name, &validation)]].concat()))?;
     validation.orientation.iter().try_for_each(|errors| print_answer(orientation_table(errors)))?;
@@ -103,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !validation.refitted.is_empty() {
         print(format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// Share of rows equal to fitted ones from which they are reported: an instrument of coarse steps reads the same again now and

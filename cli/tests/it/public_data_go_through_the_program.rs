@@ -104,7 +104,8 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     done(&[&"import", &"ur10-ipa", &table, &"--holdout", &"0.3", &"-o", &part]);
     done(&[&"identify", &whole, &"-o", &of_whole]);
     done(&[&"identify", &part, &"-o", &of_part]);
-    let (_, out, err) = calibench(&[&"validate", &of_whole, &part]);
+    let (code, out, err) = calibench(&[&"validate", &of_whole, &part]);
+    assert_eq!(code, Some(1), "nothing is held out");
     assert!(
         err.contains("about 100 % of these rows are the same as rows that were fitted")
             && out.contains("residual of the fit, 196 samples"),
@@ -112,7 +113,8 @@ fn rows_that_were_fitted_are_known_under_another_name() {
     );
     let (_, out, err) = calibench(&[&"validate", &of_part, &part]);
     assert!(!err.contains("rows that were fitted") && out.contains("measured, held out, 196 samples"), "{out}{err}");
-    let fitted = |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--json"]), "fitted");
+    let fitted =
+        |calibration: &PathBuf, of: &PathBuf| number(&json(&[&"validate", calibration, of, &"--fitted", &"--json"]), "fitted");
     assert_eq!((fitted(&of_whole, &part), fitted(&of_part, &part)), (1.0, 0.0));
     assert!((fitted(&of_part, &whole) - 0.7).abs() < 0.1);
     let fitted = |calibration: &PathBuf| json(&[&"compare", calibration, &part, &"--validation", &"--json"])["fitted"].clone();
