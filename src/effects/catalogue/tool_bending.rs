@@ -20,7 +20,7 @@ pub(super) const FAMILY: Family = Family {
     origin: Origin::Gauge,
     scan: Scan::None,
     follows: &[Follows::Load, Follows::Tool],
-    role: Role::Cause,
+    role: Role::Event,
     offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Si(5e-3),
