@@ -17,6 +17,7 @@ mod copies;
 mod evidence;
 mod loads;
 mod noise;
+mod orthonormal;
 pub mod power;
 mod scene;
 mod seen;
@@ -27,10 +28,10 @@ pub use choose::choose_sentinels;
 pub use copies::rows_again;
 pub use noise::NoiseOf;
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 use thiserror::Error;
 
-use self::conditions::of_samples;
+use self::conditions::{Columns, of_samples};
 use self::copies::{same_measurement, too_alike};
 use self::evidence::Evidence;
 use self::loads::other_loads;
@@ -367,7 +368,7 @@ fn rms_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 /// Inputs of a judgement.
 struct Judging {
     scene: Scene,
-    columns: Vec<(Condition, DMatrix<f64>)>,
+    columns: Vec<Columns>,
     evidence: Evidence,
 }
 

@@ -34,7 +34,7 @@ pub(super) const FAMILY: Family = Family {
         looks: [
             "In the axes of the tool the points form two groups, one for each side to which the tool can fall.",
             "Against the direction of gravity along an axis of the tool they form two level shelves with a steep step at zero.",
-            "Neither the reach of the arm nor a payload behind the joint that is loose changes its size.",
+            "Neither the reach of the arm nor the payload changes its size.",
         ],
         parted_by: "The hand turned half a turn about a level axis, on the same point; a dial indicator between tool and flange settles it.",
     },

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::conditions::{Condition, of_samples};
-use super::evidence::orthonormal;
+use super::conditions::of_several;
 use super::noise::Whitening;
+use super::orthonormal::orthonormal;
 use super::scene::Scene;
 use super::seen::Seen;
 use super::{CheckError, counterparts};
@@ -27,11 +27,9 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: NamedDataset<'_>, c
     if seen.is_empty() {
         return Err(CheckError::Nothing);
     }
-    let general = |c: &Condition| matches!(c, Condition::SingleSample(_) | Condition::Recalibrate);
-    let columns: Vec<DMatrix<f64>> = of_samples(&seen, &Whitening::of(&seen)?)
+    let columns: Vec<DMatrix<f64>> = of_several(&seen, &Whitening::of(&seen)?)
         .into_iter()
-        .filter(|(condition, _)| !general(condition))
-        .map(|(_, matrix)| orthonormal(&matrix))
+        .map(|columns| orthonormal(&columns.block))
         .map(|basis| &basis * (basis.nrows() as f64 / basis.ncols().max(1) as f64).sqrt())
         .collect();
     let mut chosen: Vec<usize> = Vec::new();

@@ -86,9 +86,33 @@ pub enum Elementary {
     Growth,
 }
 
-/// Every condition but "valid" with its columns: scalar differences of these samples, one after the other, x parameters of
-/// arbitrary scale, whitened.
-pub(super) fn of_samples(seen: &[&Seen], whitening: &Whitening) -> Vec<(Condition, DMatrix<f64>)> {
+/// What a condition displaces: scalar differences of the samples, one after the other, x parameters of arbitrary scale, whitened.
+pub(super) struct Columns {
+    /// The condition.
+    pub condition: Condition,
+    /// The first scalar difference that it displaces.
+    pub first: usize,
+    /// From there on to the last that it displaces. Without columns for any change at all, which displaces whatever it will.
+    pub block: DMatrix<f64>,
+}
+
+/// Every condition but "valid" with its columns.
+pub(super) fn of_samples(seen: &[&Seen], whitening: &Whitening) -> Vec<Columns> {
+    let mut all = of_several(seen, whitening);
+    if seen.len() > 1 {
+        let mut end = 0;
+        for one in seen {
+            end += one.rows.len();
+            let (first, block) = whitening.unit_columns(end - one.rows.len()..end);
+            all.push(Columns { condition: Condition::SingleSample(one.id.clone()), first, block });
+        }
+    }
+    all.push(Columns { condition: Condition::Recalibrate, first: 0, block: DMatrix::zeros(0, 0) });
+    all
+}
+
+/// The conditions that may displace several samples.
+pub(super) fn of_several(seen: &[&Seen], whitening: &Whitening) -> Vec<Columns> {
     let rows: usize = seen.iter().map(|s| s.rows.len()).sum();
     let laid_out = |width: usize, of: &dyn Fn(&Seen, usize) -> Vector3<f64>| {
         let mut matrix = DMatrix::zeros(rows, width);
@@ -134,16 +158,11 @@ pub(super) fn of_samples(seen: &[&Seen], whitening: &Whitening) -> Vec<(Conditio
     if points.len() > 1 {
         all.extend(points.into_iter().map(of_point));
     }
-    if seen.len() > 1 {
-        let of_one = |one: &&Seen| {
-            let moved = |s: &Seen, k: usize| if std::ptr::eq(s, *one) { Vector3::ith(k, 1.0) } else { Vector3::zeros() };
-            (Condition::SingleSample(one.id.clone()), laid_out(one.rows.len(), &moved))
-        };
-        all.extend(seen.iter().map(of_one));
-    }
-    all.push((Condition::Recalibrate, DMatrix::identity(rows, rows)));
     // What the poses do not show cannot be checked.
     all.retain(|(_, matrix)| matrix.amax() > 0.0);
-    all.iter_mut().for_each(|(_, matrix)| whitening.apply(matrix));
-    all
+    let whitened = |(condition, mut block): (Condition, DMatrix<f64>)| {
+        whitening.apply(&mut block);
+        Columns { condition, first: 0, block }
+    };
+    all.into_iter().map(whitened).collect()
 }

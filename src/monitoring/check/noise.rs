@@ -5,6 +5,8 @@
 //! parts; taken for white noise, 40 urad that joint 1 of an arm loses (FANUC R-2000iC, public data) are a moved base in one
 //! check of three.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, Vector3};
 
 use super::seen::{Seen, ends};
@@ -131,6 +133,23 @@ impl Whitening {
             root.solve_lower_triangular_mut(&mut part);
             rows.iter().zip(part.row_iter()).for_each(|(&row, values)| matrix.set_row(row, &values));
         }
+    }
+
+    /// The whitened columns of the displacements of these rows, those of one sample, one by one: the first row that they displace,
+    /// and the rows from there to the last.
+    pub fn unit_columns(&self, rows: Range<usize>) -> (usize, DMatrix<f64>) {
+        let place = |(members, _): &(Vec<usize>, DMatrix<f64>)| members.binary_search(&rows.start).ok();
+        let Some(((members, root), at)) = self.poses.iter().find_map(|pose| Some((pose, place(pose)?))) else {
+            return (rows.start, DMatrix::identity(rows.len(), rows.len()));
+        };
+        let mut part = DMatrix::zeros(members.len(), rows.len());
+        (0..rows.len()).for_each(|k| part[(at + k, k)] = 1.0);
+        root.solve_lower_triangular_mut(&mut part);
+        // The whitening of a pose goes down its rows: those before the sample's own stay as they are.
+        let last = members.last().map_or(rows.end, |last| last + 1);
+        let mut block = DMatrix::zeros(last - rows.start, rows.len());
+        members.iter().zip(part.row_iter()).skip(at).for_each(|(&row, values)| block.set_row(row - rows.start, &values));
+        (rows.start, block)
     }
 
     /// Variance of a difference, in units of that of one measurement, on average over its rows.

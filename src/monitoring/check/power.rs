@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::conditions::{Condition, of_samples};
+use super::conditions::{Columns, Condition, of_samples};
 use super::evidence::Evidence;
 use super::noise::Whitening;
 use super::scene::Scene;
@@ -100,8 +100,8 @@ pub struct Smallest {
 
 /// The smallest change of every condition that has a size, at the samples of a check and under their noise; `columns` are those
 /// of the evidence.
-pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, robot: &Robot) -> Vec<SmallestDetectable> {
-    let of = |(index, (condition, matrix)): (usize, &(Condition, DMatrix<f64>))| {
+pub(super) fn shown(columns: &[Columns], evidence: &Evidence, robot: &Robot) -> Vec<SmallestDetectable> {
+    let of = |(index, Columns { condition, block, .. }): (usize, &Columns)| {
         let quantity = match condition {
             Condition::Valid | Condition::SingleSample(_) | Condition::Recalibrate => return None,
             Condition::JointSlipped(joint) if robot.kind(joint - 1) == JointKind::Revolute => Quantity::Angle,
@@ -110,7 +110,7 @@ pub(super) fn shown(columns: &[(Condition, DMatrix<f64>)], evidence: &Evidence, 
             _ => Quantity::Length,
         };
         // Rotations of the base, which come after its translations, are in other units.
-        let matrix = matrix.columns(0, matrix.ncols().min(3)).into_owned();
+        let matrix = block.columns(0, block.ncols().min(3)).into_owned();
         let smallest = least_seen(&matrix).and_then(|displaced| smallest(evidence, index, &displaced));
         let largest = if quantity == Quantity::Mass { LARGEST_MASS } else { LARGEST_CHANGE };
         Some(SmallestDetectable { condition: condition.clone(), quantity, smallest: smallest.filter(|s| s.change <= largest) })
@@ -159,7 +159,7 @@ fn smallest(evidence: &Evidence, index: usize, displaced: &DVector<f64>) -> Opti
             below = middle;
         }
     }
-    let (condition, _) = evidence.basis(index);
+    let condition = evidence.condition(index);
     let (mut random, all) = (random(), evidence.samples());
     let (mut found, mut named) = (0, 0);
     for _ in 0..SHOWN_TRIALS {
@@ -201,7 +201,7 @@ pub fn power_of_check(
     let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)?), ends);
     let mut powers = vec![Power { condition: Condition::Valid, at: vec![simulated(&evidence, None, 0.0)] }];
     for index in 0..evidence.count() {
-        let (condition, _) = evidence.basis(index);
+        let condition = evidence.condition(index);
         let at = sizes.iter().map(|&size| simulated(&evidence, Some(index), size)).collect();
         powers.push(Power { condition: condition.clone(), at });
     }
@@ -212,18 +212,17 @@ fn simulated(evidence: &Evidence, injected: Option<usize>, size: f64) -> PowerAt
     let mut random = ChaCha8Rng::seed_from_u64(injected.map_or(0, |k| 1 + k as u64));
     let mut normal = |n: usize| DVector::from_fn(n, |_, _| Distribution::<f64>::sample(&StandardNormal, &mut random));
     let (mut found, mut named, mut taken) = (0, 0, 0);
-    let rows = evidence.basis(0).1.nrows();
+    let rows = evidence.rows();
     for _ in 0..TRIALS {
         let mut differences = normal(rows);
         if let Some(index) = injected {
-            let basis = evidence.basis(index).1;
-            let direction = normal(basis.ncols());
-            differences += basis * direction.normalize() * (size * (rows as f64).sqrt());
+            let direction = normal(evidence.directions(index)).normalize();
+            differences += evidence.displaced(index, &direction) * (size * (rows as f64).sqrt());
         }
         let (at, true) = evidence.decide(&differences) else { continue };
         found += 1;
         taken += at;
-        let condition = injected.map(|index| evidence.basis(index).0);
+        let condition = injected.map(|index| evidence.condition(index));
         named += usize::from(condition.is_some_and(|condition| is_named(evidence, condition, &differences, at)));
     }
     let share = |count: usize| count as f64 / TRIALS as f64;

@@ -4,6 +4,7 @@ use calibench::diagnosis::library::Library;
 use calibench::effects;
 use calibench::effects::catalogue::set_aside_by;
 use calibench::effects::catalogue::setting_aside;
+use calibench::effects::facts::Role;
 use calibench::effects::family::Scan;
 use calibench::effects::registry::Registry;
 use calibench::effects::{EffectError, Subject};
@@ -113,7 +114,12 @@ pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut
     let priors = |id: &str| -> Result<Vec<f64>, EffectError> {
         Ok(effects::build(id, &subject)?.parameters().iter().map(|p| p.prior).collect())
     };
-    let all = || Library::of_robot(&cell, &scenario.model).candidates.into_iter().map(|c| String::from(c.id));
+    // What an ordinary robot has of everything: a loose tool or a bump is there or is not.
+    let is_ordinary = |id: &String| scenario.model.family(id).is_none_or(|f| f.role != Role::Event);
+    let all = || {
+        let candidates = Library::of_robot(&cell, &scenario.model).candidates.into_iter();
+        candidates.map(|c| String::from(c.id)).filter(is_ordinary)
+    };
     Ok(match &case.kind {
         Kind::Nothing => Hidden::of(Vec::new(), "nothing", 0.0),
         Kind::Unknown { flaw, size } => {
