@@ -1,4 +1,8 @@
 //! Robot programs, whose positions are compensated in their places: everything else stays byte for byte.
+//!
+//! # Features
+//!
+//! * `schema`: the JSON Schema of a file of frames. Off by default.
 
 mod configuration;
 mod dialects;
@@ -10,7 +14,9 @@ mod program;
 mod rewrite;
 mod scan;
 
-pub use frames_file::{NamedFrames, read_frames};
+#[cfg(feature = "schema")]
+pub use frames_file::frames_schema;
+pub use frames_file::{FRAMES_FORMAT, NamedFrames, read_frames};
 pub use program::{Dialect, Program, read_program};
 pub use rewrite::{Permissions, Rewritten, RewrittenProgram, rewrite_programs};
 pub use scan::Remark;

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::a_program_is_rewritten_and_nothing_else::{Bench, Writer, angles, of_angles, quadrant};
 
 /// The targets of the programs are in frames of their own: the base link and the flange.
-const BARE: Task = Task {
+pub const BARE: Task = Task {
     setup: None,
     frame: WorkFrame::Base(FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0; 3] }),
     tool: Some(FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0; 3] }),

@@ -29,7 +29,8 @@ use crate::schemas_are_written_down::{is_text_of, is_written, repository};
 fn formats() -> Vec<(&'static str, Schema)> {
     let [rest @ .., last] = calibench::file_formats::schemas();
     let scenario = ("scenario", calibench_sim::scenario::file_schema());
-    rest.into_iter().chain([last, scenario]).collect()
+    let frames = ("frames", calibench_programs::frames_schema());
+    rest.into_iter().chain([last, frames, scenario]).collect()
 }
 
 fn folder() -> PathBuf {
@@ -105,6 +106,7 @@ fn read(format: &str, path: &Path) -> Result<(), FileError> {
         "calibration" => read_calibration(path, Registry::catalogue()).map(drop),
         "cell" => read_cell(path).map(drop),
         "scenario" => load_scenario(path).map(drop),
+        "frames" => calibench_programs::read_frames(path).map(drop),
         "run" => documents::Run::read(beside).map(drop),
         "plan" | "model" => {
             let cell = read_description(&beside.join("dataset.toml"))?;
@@ -128,6 +130,7 @@ fn example(format: &str) -> &str {
         "calibration" => "calibration.toml",
         "plan" => "plan.toml",
         "cell" => "cell.toml",
+        "frames" => "frames.toml",
         "scenario" => "scenario.toml",
         "run" => "run/result.json",
         other => panic!("{other}"),
@@ -237,6 +240,11 @@ const WRONG: &[[&str; 3]] = &[
     ["cell", "axis = \"x\"", "axis = \"w\""],
     ["cell", "flange.b_deg = 180", "flange.b_deg = \"180\""],
     ["cell", "[[-200, -600, 100], [700, 600, 900]]", "[[-200, -600], [700, 600]]"],
+    ["frames", "format = \"calibench-frames/1\"\n", ""],
+    ["frames", "calibench-frames/1", "calibench-frames/2"],
+    ["frames", "0, 35.5, 90, 30, 0, -20]", "0, 35.5, 90, 30, 0]"],
+    ["frames", "0, 35.5, 90, 30, 0, -20]", "'0', 35.5, 90, 30, 0, -20]"],
+    ["frames", "[bases]", "[base]"],
     ["scenario", "seed = 7", "seed = 'seven'"],
     ["scenario", "extends = \"../../../scenarios/table8.toml\"\n", ""],
     ["scenario", "[25, 52]", "25"],

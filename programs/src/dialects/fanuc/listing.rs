@@ -5,8 +5,20 @@ use std::collections::HashMap;
 use crate::numbers::{Meaning, meaning};
 use crate::scan::{Frame, Layout, Name, Setting, Stands};
 
-/// The frames of a listing of system variables: of `$MNUTOOL` and `$MNUFRAME` those of group 1.
-pub fn listed(text: &str) -> Vec<Setting> {
+/// A number of a listing that cannot be read.
+pub struct Garbled {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// The frame and the letter of the number.
+    pub field: String,
+}
+
+/// The frames of a listing of system variables: of `$MNUTOOL` and `$MNUFRAME` those of group 1; one that was never set, with
+/// asterisks or the word Uninit in place of numbers, is left out.
+///
+/// # Errors
+/// When a number of a frame is not one.
+pub fn listed(text: &str) -> Result<Vec<Setting>, Garbled> {
     let mut found = Vec::new();
     let mut list: Option<(Frame, &str)> = None;
     let mut element: Option<(usize, String)> = None;
@@ -46,10 +58,12 @@ pub fn listed(text: &str) -> Vec<Setting> {
             let length = after.bytes().take_while(|b| b.is_ascii_digit() || b"+-.E".contains(b)).count();
             let name = before.trim_end().chars().next_back();
             let is_alone = before.trim_end().chars().rev().nth(1).is_none_or(char::is_whitespace);
-            if let (Some(name), true, Ok(value)) = (name, is_alone, after[..length].parse::<f64>())
-                && value.is_finite()
-            {
-                values.insert(name, value);
+            if let (Some(name @ ('X' | 'Y' | 'Z' | 'W' | 'P' | 'R')), true) = (name, is_alone) {
+                match after[..length].parse::<f64>().ok().filter(|value| value.is_finite()) {
+                    Some(value) => _ = values.insert(name, value),
+                    None if after.starts_with(['*', 'U']) => {}
+                    None => return Err(Garbled { line: k + 1, field: format!("{key} {number}: {name}") }),
+                }
             }
             rest = &after[length..];
         }
@@ -60,5 +74,5 @@ pub fn listed(text: &str) -> Vec<Setting> {
             element = None;
         }
     }
-    found
+    Ok(found)
 }
