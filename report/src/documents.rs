@@ -42,7 +42,7 @@ pub use self::comparison::{
 };
 pub use self::compensation::{
     CompensatedProgram, CompensatedPrograms, CompensatedTarget, CompensatedTargets, Compensation, CompensationFormat, Fake,
-    Frame, NotRewritten, RigidPart, TargetOutcome,
+    Frame, NotRewritten, PositionShift, RigidPart, TargetOutcome,
 };
 pub use self::diagnosis::{
     Advised, Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter,

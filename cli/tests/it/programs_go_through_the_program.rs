@@ -126,3 +126,48 @@ fn wrong_calls_end_in_one_error_and_write_nothing() {
         words(&told)
     );
 }
+
+#[test]
+fn the_document_has_the_shifts_of_the_table() {
+    let folder = bench();
+    let run = |more: &[&str]| {
+        let fixed = ["compensate", "c.toml", "weld.src", "weld.dat", "-o", "new", TOOL];
+        calibench(folder.path(), &[&fixed[..], more].concat())
+    };
+    let (table, document) = (words(&run(&[])), run(&["--json"]));
+    let document: Value = serde_json::from_slice(&document.stdout).unwrap();
+    let shifts = document["programs"]["files"][1]["shifts"].as_array().unwrap();
+    assert_eq!(shifts.len(), 2);
+    for (shift, line) in shifts.iter().zip([2, 3]) {
+        let of = |key: &str| shift[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect::<Vec<f64>>();
+        let all = |values: &[f64], form: fn(f64) -> String| values.iter().map(|v| form(*v)).collect::<Vec<_>>().join(" ");
+        let (xyz, along, total) = (of("xyz_mm"), of("shift_xyz_mm"), shift["shift_mm"].as_f64().unwrap());
+        assert!((along.iter().map(|v| v * v).sum::<f64>().sqrt() - total).abs() < 1e-9 && total > 0.1);
+        let row = table.lines().find(|row| row.contains(&format!("weld.dat:{line} "))).unwrap();
+        let outside = if shift["outside_range"] == true { "outside" } else { "" };
+        let cells: Vec<&str> = row.split(['│', '┆']).map(str::trim).collect();
+        let wanted = [
+            format!("weld.dat:{line}"),
+            shift["what"].as_str().unwrap().to_owned(),
+            all(&xyz, |v| format!("{v:.1}")),
+            all(&along, |v| format!("{v:+.3}")),
+            format!("{total:.3}"),
+            outside.to_owned(),
+        ];
+        assert_eq!(cells[1..7], wanted, "{table}");
+        assert_eq!(shift["line"], line);
+    }
+}
+
+#[test]
+fn a_wrong_file_of_frames_is_one_error() {
+    let folder = bench();
+    fs::write(folder.path().join("f.toml"), "[tools]\n1 = [0, 0, 0, 0, 0, 0]\n").unwrap();
+    fs::write(folder.path().join("g.dat"), "TOOL_DATA[1]={X 0,Y 0,Z 0,A 0,B 0}\n").unwrap();
+    for (file, said) in [("f.toml", "f.toml: format: is missing; add"), ("g.dat", "g.dat:1: TOOL_DATA[1]: its six")] {
+        let told = calibench(folder.path(), &["compensate", "c.toml", "weld.src", "weld.dat", "-o", "new", "--frames", file]);
+        let error = String::from_utf8(told.stderr).unwrap();
+        assert_eq!(told.status.code(), Some(2), "{error}");
+        assert!(error.contains(said) && told.stdout.is_empty() && !folder.path().join("new").exists(), "{error}");
+    }
+}

@@ -161,6 +161,28 @@ pub struct CompensatedProgram {
     pub not_rewritten: Vec<NotRewritten>,
     /// Largest distance from a position to the one written, mm; null if there are none.
     pub largest_shift_mm: Option<f64>,
+    /// The positions rewritten, in their order.
+    #[serde(default)]
+    pub shifts: Vec<PositionShift>,
+}
+
+/// The shift of a position that was rewritten.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PositionShift {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// The position, or the instruction that has it.
+    pub what: String,
+    /// The desired position of the TCP in the base of the position, mm; null for a position of joints.
+    pub xyz_mm: Option<[f64; 3]>,
+    /// From the desired position to the one written, along the axes of that base, mm; null for a position of joints.
+    pub shift_xyz_mm: Option<[f64; 3]>,
+    /// Distance between the two, mm.
+    pub shift_mm: f64,
+    /// True if a joint is outside the range that was measured.
+    pub outside_range: bool,
+    /// True if small motions of the tool are large ones of the joints there.
+    pub near_singular: bool,
 }
 
 /// Something in a program that was not rewritten.

@@ -13,7 +13,7 @@ use calibench_programs::{
     Dialect, NamedFrames, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_frames, read_program,
     rewrite_programs,
 };
-use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange};
+use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRewritten, OutsideRange, PositionShift};
 use calibench_report::{extrapolation_sentence, plain_table};
 
 use super::arguments::Arguments;
@@ -189,6 +189,21 @@ fn of(program: &Program, written: Option<&PathBuf>, result: &RewrittenProgram) -
         rewritten: result.rewritten.len(),
         not_rewritten: not_rewritten.collect(),
         largest_shift_mm: largest_shift_mm(result),
+        shifts: result.rewritten.iter().map(shift_of).collect(),
+    }
+}
+
+/// The numbers of a position in the document and in the table.
+fn shift_of(one: &Rewritten) -> PositionShift {
+    let in_mm = |xyz: [f64; 3]| xyz.map(|v| v / MM);
+    PositionShift {
+        line: one.line,
+        what: one.name.clone(),
+        xyz_mm: one.target_xyz().map(in_mm),
+        shift_xyz_mm: one.shift().map(in_mm),
+        shift_mm: one.fake.shift / MM,
+        outside_range: one.warnings.out_of_range,
+        near_singular: one.warnings.near_singular,
     }
 }
 
@@ -210,10 +225,11 @@ fn tell_shifts(programs: &[Program], results: &[RewrittenProgram]) -> Result<(),
         all.truncate(MOST_TOLD);
     }
     let rows = all.into_iter().map(|(file, one)| {
-        let outside = if one.warnings.out_of_range { "outside" } else { "" };
-        let xyz = one.target_xyz().map_or_else(|| "joints".to_owned(), |xyz| xyz.map(|v| format!("{:.1}", v / MM)).join(" "));
-        let shift = one.shift().map_or_else(String::new, |v| v.map(|v| format!("{:+.3}", v / MM)).join(" "));
-        [format!("{file}:{}", one.line), one.name, xyz, shift, format!("{:.3}", one.fake.shift / MM), outside.to_owned()]
+        let PositionShift { line, what, xyz_mm, shift_xyz_mm, shift_mm, outside_range, .. } = shift_of(&one);
+        let xyz = xyz_mm.map_or_else(|| "joints".to_owned(), |xyz| xyz.map(|v| format!("{v:.1}")).join(" "));
+        let shift = shift_xyz_mm.map_or_else(String::new, |v| v.map(|v| format!("{v:+.3}")).join(" "));
+        let outside = if outside_range { "outside" } else { "" };
+        [format!("{file}:{line}"), what, xyz, shift, format!("{shift_mm:.3}"), outside.to_owned()]
     });
     let rows: Vec<[String; 6]> = rows.collect();
     print(plain_table(["line", "position", "x y z, mm", "shift, mm", "in all", "measured range"], rows))?;
