@@ -1,6 +1,6 @@
 //! The posture that a program means by status and turn, by confdata or by CONFIG.
 
-use super::numbers::{TURNING, quadrant, whole_turn};
+use super::numbers::{TURNING, YASKAWA_TURNING, beyond_flip, quadrant, whole_turn};
 use super::scan::{Configuration, Number};
 use calibench::compensate::{Compensator, Refusal};
 use calibench::robot::kinematics::Posture;
@@ -46,7 +46,9 @@ pub(super) fn posture_of(
         Configuration::Unreadable => return Ok(Meant::Unmapped),
         Configuration::Near(q) => return Ok(Meant::Joints(q.clone())),
         Configuration::Kuka { status: None, turn: None } => return Ok(Meant::Default),
+        Configuration::Val3 { righty: None, elbow: None, wrist: None } => return Ok(Meant::Default),
         Configuration::Kuka { .. } | Configuration::Abb(_) | Configuration::Fanuc { .. } => {}
+        Configuration::Yaskawa { .. } | Configuration::Val3 { .. } => {}
     }
     let Some(postures) = compensator.nominal_postures(pose) else { return Ok(Meant::Unmapped) };
     if postures.is_empty() {
@@ -106,6 +108,19 @@ fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &
             let elbow = if *back { 0.0 } else { below(up, *down) };
             let turned = turns.iter().zip(TURNING).map(of).fold(0.0, f64::max);
             turned.max(below(front, *back)).max(elbow).max(below(bowed, *flip))
+        }
+        Configuration::Yaskawa { no_flip, lower, back, beyond } => {
+            let half = 180.0 * DEG;
+            let of = |(beyond, joint): (&bool, usize)| if *beyond { half - q[joint].abs() } else { q[joint].abs() - half };
+            let turned = beyond.iter().zip(YASKAWA_TURNING).map(of).fold(0.0, f64::max);
+            let Sides { front, up, .. } = sides(compensator, q);
+            let elbow = if *back { 0.0 } else { below(up, *lower) };
+            turned.max(below(-beyond_flip(q[3]), *no_flip)).max(below(front, *back)).max(elbow)
+        }
+        Configuration::Val3 { righty, elbow, wrist } => {
+            let of = |positive: &Option<bool>, joint: usize| positive.map_or(0.0, |positive| below(q[joint], !positive));
+            let shoulder = righty.map_or(0.0, |righty| below(sides(compensator, q).front, !righty));
+            of(elbow, 2).max(of(wrist, 4)).max(shoulder)
         }
         Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => 0.0,
     };

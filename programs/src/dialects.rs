@@ -4,3 +4,5 @@ pub(super) mod fanuc;
 pub(super) mod krl;
 pub(super) mod rapid;
 pub(super) mod urscript;
+pub(super) mod val3;
+pub(super) mod yaskawa;

@@ -192,6 +192,8 @@ impl Known {
                     let from = self.labels.entry((routine.clone(), label.clone())).or_default();
                     join(&mut state, from);
                 }
+                // Behind a jump nothing leads here, and nothing is set.
+                Step::Set(..) if state.iter().all(BTreeSet::is_empty) => {}
                 Step::Set(frame, name) => state[*frame as usize] = BTreeSet::from([Holds::Named(name.clone())]),
                 Step::Use(position, own) => {
                     let mut here = state.clone();

@@ -118,6 +118,12 @@ impl<'a> Frames<'a> {
         self.settings(frame, name).iter().any(|s| s.setting.stands == Stands::Null)
     }
 
+    /// True if a position has the robot's base link by this name, and nobody gave other numbers for it.
+    pub fn is_base_link(&self, name: &Name) -> bool {
+        let k = Frame::Base as usize;
+        self.is_null(Frame::Base, name) && self.used[k].contains(name) && self.of_given[k].as_ref() != Some(name)
+    }
+
     /// The tool and the base of a position.
     ///
     /// # Errors

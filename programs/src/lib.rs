@@ -9,10 +9,12 @@ mod dialects;
 mod flow;
 mod frames;
 mod frames_file;
+mod layout;
 mod numbers;
 mod program;
 mod rewrite;
 mod scan;
+mod world;
 
 #[cfg(feature = "schema")]
 pub use frames_file::frames_schema;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 use super::scan::{Configuration, Layout, Number, Position};
 use calibench::compensate::Fake;
@@ -39,9 +39,21 @@ impl Position {
         meaning(self.layout, &values)
     }
 
+    /// The numbers of the target to be commanded.
+    pub fn texts(&self, fake: &Fake) -> Vec<String> {
+        texts(self.layout, &self.numbers, fake)
+    }
+
     /// Writes the target to be commanded in place of the numbers.
     pub fn edits(&self, fake: &Fake) -> Vec<Edit> {
-        let texts = texts(self.layout, &self.numbers, fake);
+        let texts = self.texts(fake).into_iter().enumerate().map(|(k, text)| match self.numbers.get(k) {
+            // A number that is left out is written with its key.
+            Some(number) if number.at.is_empty() => {
+                let key = self.layout.keys().get(k).copied().unwrap_or_default();
+                format!(" {key}=\"{text}\"")
+            }
+            _ => text,
+        });
         let mut edits: Vec<Edit> = self.numbers.iter().map(|n| n.at.clone()).zip(texts).collect();
         let mut put = |number: &Number, value: i64| {
             if number.value != value as f64 {
@@ -63,8 +75,9 @@ impl Position {
                     put(number, quadrant(fake.q[joint]));
                 }
             }
-            // Positions whose turn numbers would change are refused.
-            Configuration::Fanuc { .. } | Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => {}
+            // Positions whose turn numbers or flags would change are refused.
+            Configuration::Fanuc { .. } | Configuration::Yaskawa { .. } => {}
+            Configuration::Val3 { .. } | Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => {}
         }
         edits
     }
@@ -83,10 +96,29 @@ pub(super) fn whole_turn(q: f64) -> i64 {
 /// Joints that FANUC's three turn numbers are taken to count.
 pub(super) const TURNING: [usize; 3] = [0, 3, 5];
 
-/// True if the joints (rad) have other turn numbers than a configuration of FANUC's says.
+/// True if the joints (rad) have other turn numbers than a configuration of FANUC's says, or other flags than one of Yaskawa's.
 pub(super) fn turns_change(configuration: &Configuration, q: &[f64]) -> bool {
-    let Configuration::Fanuc { turns, .. } = configuration else { return false };
-    turns.iter().zip(TURNING).any(|(number, joint)| q.get(joint).is_some_and(|q| whole_turn(*q) as f64 != number.value))
+    match configuration {
+        Configuration::Fanuc { turns, .. } => {
+            turns.iter().zip(TURNING).any(|(number, joint)| q.get(joint).is_some_and(|q| whole_turn(*q) as f64 != number.value))
+        }
+        Configuration::Yaskawa { no_flip, beyond, .. } => {
+            let is_beyond = |joint: usize| q.get(joint).is_some_and(|q| whole_turn(*q) != 0);
+            let flips = q.get(3).is_some_and(|q| (beyond_flip(*q) > 0.0) != *no_flip);
+            flips || beyond.iter().zip(YASKAWA_TURNING).any(|(beyond, joint)| is_beyond(joint) != *beyond)
+        }
+        _ => false,
+    }
+}
+
+/// Joints R, T and S of Yaskawa's flags.
+pub(super) const YASKAWA_TURNING: [usize; 3] = [3, 5, 0];
+
+/// Distance (rad) of joint R (rad) beyond the half circle about its zero that Yaskawa calls flip.
+pub(super) fn beyond_flip(r: f64) -> f64 {
+    let half = 180.0 * DEG;
+    let wrapped = r - 2.0 * half * whole_turn(r) as f64;
+    wrapped.abs() - 0.5 * half
 }
 
 /// The pose or the joints that numbers mean.
@@ -95,11 +127,16 @@ pub(super) fn meaning(layout: Layout, values: &[f64]) -> Result<Meaning, &'stati
         Meaning::Pose(Pose::from_parts(Translation3::from(Vector3::from(xyz)), rotation))
     };
     Ok(match (layout, values) {
-        (Layout::Degrees, _) => Meaning::Joints(values.iter().map(|v| v * DEG).collect()),
+        (Layout::Degrees | Layout::ValJoints, _) => Meaning::Joints(values.iter().map(|v| v * DEG).collect()),
         (Layout::Radians, _) => Meaning::Joints(values.to_vec()),
         (Layout::KukaFrame, &[x, y, z, a, b, c]) | (Layout::FanucPose, &[x, y, z, c, b, a]) => {
             let frame = FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) };
             Meaning::Pose(frame.pose())
+        }
+        (Layout::ValPose, &[x, y, z, rx, ry, rz]) => {
+            let about = |axis: UnitVector3<f64>, angle: f64| Rotation3::from_axis_angle(&axis, angle * DEG);
+            let rotation = about(Vector3::x_axis(), rx) * about(Vector3::y_axis(), ry) * about(Vector3::z_axis(), rz);
+            pose([x, y, z].map(|v| v * MM), rotation)
         }
         (Layout::UrPose, &[x, y, z, rx, ry, rz]) => pose([x, y, z], Rotation3::new(Vector3::new(rx, ry, rz))),
         (Layout::AbbTarget, &[x, y, z, w, i, j, k]) => {
@@ -136,9 +173,21 @@ fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
             let q = q.map(|v| if along < 0.0 { -v } else { v });
             [all(&xyz, MM, OF_MM), all(&q, 1.0, OF_QUATERNION)].concat()
         }
-        Layout::Degrees => all(&fake.q, DEG, OF_DEG),
+        Layout::ValPose => [all(&xyz, MM, OF_MM), all(&x_y_z(&fake.pose), DEG, OF_DEG)].concat(),
+        Layout::Degrees | Layout::ValJoints => all(&fake.q, DEG, OF_DEG),
         Layout::Radians => all(&fake.q, 1.0, OF_RAD),
     }
+}
+
+/// Angles about x, the new y and the new z, rad. Where the second is a quarter turn the third is zero.
+fn x_y_z(pose: &Pose) -> [f64; 3] {
+    let r = pose.rotation.matrix();
+    let cosine = r[(0, 0)].hypot(r[(0, 1)]);
+    let y = r[(0, 2)].atan2(cosine);
+    if cosine < 1e-9 {
+        return [r[(2, 1)].atan2(r[(1, 1)]), y, 0.0];
+    }
+    [(-r[(1, 2)]).atan2(r[(2, 2)]), y, (-r[(0, 1)]).atan2(r[(0, 0)])]
 }
 
 /// The rotation vector of a pose nearest to the one before: near half a turn its sign is arbitrary, and programs hold longer

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::dialects::{fanuc, krl, rapid, urscript};
+use super::dialects::{fanuc, krl, rapid, urscript, val3, yaskawa};
 use super::scan;
 use calibench::files::{FileError, read_bytes};
 
@@ -17,6 +17,10 @@ pub enum Dialect {
     Rapid,
     /// FANUC's teach pendant programs as text: `.ls`.
     Fanuc,
+    /// Yaskawa's INFORM jobs: `.jbi`.
+    Yaskawa,
+    /// Stäubli's VAL 3: `.pgx`, `.dtx`.
+    Val3,
 }
 
 impl Dialect {
@@ -37,32 +41,51 @@ impl Dialect {
             "script" => Dialect::UrScript,
             "mod" | "modx" | "prg" => Dialect::Rapid,
             "ls" => Dialect::Fanuc,
+            "jbi" => Dialect::Yaskawa,
+            "pgx" | "dtx" => Dialect::Val3,
             _ => return None,
         })
     }
 
     /// True if its positions have external axes.
     pub(super) fn has_external_axes(self) -> bool {
-        self != Dialect::UrScript
+        !matches!(self, Dialect::UrScript | Dialect::Val3)
+    }
+
+    /// What is taken as given in every program of this language.
+    pub(super) fn assumed(self) -> Option<&'static str> {
+        match self {
+            Dialect::Yaskawa => Some("the flags of RCONF count joints R, T and S as the robot file does, in zero"),
+            Dialect::Val3 => Some(
+                "righty is the arm that reaches forward; elbow and wrist are positive where joints 3 and 5 of the robot file are",
+            ),
+            Dialect::Krl | Dialect::UrScript | Dialect::Rapid | Dialect::Fanuc => None,
+        }
     }
 
     pub(super) fn scan(self, programs: &[Program], joints_as_in_robot_file: bool) -> Vec<scan::Scan> {
-        let marks = match self {
+        let is_data = |p: &Program| p.bytes.windows(6).any(|w| w == b"<Datas");
+        let marks = |p: &Program| match self {
             Dialect::Krl => krl::MARKS,
             Dialect::UrScript => urscript::MARKS,
             Dialect::Rapid => rapid::MARKS,
             Dialect::Fanuc => fanuc::MARKS,
+            Dialect::Yaskawa => yaskawa::MARKS,
+            Dialect::Val3 if is_data(p) => val3::MARKS_OF_DATA,
+            Dialect::Val3 => val3::MARKS,
         };
         let stem = |p: &Program| p.path.file_stem().map(|name| name.to_ascii_lowercase());
         let module = |p: &Program| programs.iter().position(|other| stem(other) == stem(p)).unwrap_or(0);
         let of =
-            |(file, p): (usize, &Program)| scan::Source { text: scan::Text::new(&p.bytes, &marks), file, module: module(p) };
+            |(file, p): (usize, &Program)| scan::Source { text: scan::Text::new(&p.bytes, &marks(p)), file, module: module(p) };
         let sources: Vec<scan::Source> = programs.iter().enumerate().map(of).collect();
         match self {
             Dialect::Krl => krl::scan(&sources),
             Dialect::UrScript => urscript::scan(&sources),
             Dialect::Rapid => rapid::scan(&sources),
             Dialect::Fanuc => fanuc::scan(&sources, joints_as_in_robot_file),
+            Dialect::Yaskawa => yaskawa::scan(&sources),
+            Dialect::Val3 => val3::scan(&sources),
         }
     }
 }
@@ -83,7 +106,7 @@ pub struct Program {
 /// # Errors
 /// When it cannot be read, is longer than 64 MiB, or is in UTF-16.
 pub fn read_program(path: &Path) -> Result<Program, FileError> {
-    const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
+    const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), .ls (FANUC), .jbi (Yaskawa), or .pgx and .dtx (VAL 3)";
     let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is not a robot program, by its name", KNOWN))?;
     let bytes = read_bytes(path)?;
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {

@@ -6,6 +6,7 @@ use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::Program;
 use super::scan::{Configuration, Position, Remark, Scan};
+use super::world::tell_height;
 use calibench::compensate::conditions::Conditions;
 use calibench::compensate::{Compensator, Desired, Fake, Target, Warnings};
 use calibench::robot::FramePose;
@@ -103,6 +104,7 @@ pub fn rewrite_programs(
             first.refuse(1, word, &reason, "leave it out, and give the others by the files that have them or by --frames FILE");
         }
     }
+    tell_height(dialect, &mut scans, &frames, compensator);
     let mut benches = Benches { own: compensator, others: Vec::new() };
     let mut results: Vec<RewrittenProgram> = (programs.iter().zip(scans).enumerate())
         .map(|(file, (program, scan))| rewrite(program, scan, file, &mut frames, &mut benches))
@@ -115,6 +117,7 @@ pub fn rewrite_programs(
     for result in &mut results {
         result.remarks.sort_by_key(|remark| remark.line);
         result.assumed.splice(0..0, sentences.iter().cloned());
+        result.assumed.extend(dialect.assumed().map(str::to_owned));
         if dialect.has_external_axes() && permissions.external_axes_apart {
             result.assumed.push("external axes carry neither the robot nor the work".to_owned());
         }
@@ -202,7 +205,7 @@ fn rewrite(
         match compensate(position, compensator, &mut unmapped) {
             Ok((target, fake, warnings)) => {
                 let new = position.edits(&fake);
-                check_back(position, &new, &fake, compensator, &mut scan);
+                check_back(position, &fake, compensator, &mut scan);
                 edits.extend(new);
                 rewritten.push(Rewritten { line: position.line, name: position.name.clone(), target, fake, warnings });
             }
@@ -278,6 +281,10 @@ fn compensate(
     let target = Target { id: position.name.clone(), desired, payload: None, conditions: Conditions::default() };
     let compensated = compensator.compensate(&target);
     match compensated.outcome {
+        Ok(fake) if turns_change(&position.configuration, &fake.q) && matches!(position.configuration, Configuration::Yaskawa { .. }) => Err((
+            "a joint passes the border of a flag of its RCONF where it is compensated, and the header holds for other positions too".into(),
+            "teach it away from the border, or give it a header RCONF of its own",
+        )),
         // Makers' manuals and other programs disagree on the joints that the three numbers count; zeros are right for all of them.
         Ok(fake) if turns_change(&position.configuration, &fake.q) => Err((
             "a joint turns over 180 deg where it is compensated, and which of the turn numbers counts it depends on the controller".into(),
@@ -289,8 +296,8 @@ fn compensate(
 }
 
 /// Reads the new numbers back and warns if the controller would find other joints.
-fn check_back(position: &Position, new: &[Edit], fake: &Fake, compensator: &mut Compensator<'_>, scan: &mut Scan) {
-    let values: Vec<f64> = new.iter().take(position.numbers.len()).filter_map(|(_, text)| text.parse().ok()).collect();
+fn check_back(position: &Position, fake: &Fake, compensator: &mut Compensator<'_>, scan: &mut Scan) {
+    let values: Vec<f64> = position.texts(fake).iter().filter_map(|text| text.parse().ok()).collect();
     let found = match meaning(position.layout, &values) {
         Ok(Meaning::Pose(pose)) => {
             let bits = fake.status_turn.filter(|_| matches!(position.configuration, Configuration::Kuka { .. }));

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 
+pub(super) use super::layout::{Configuration, Layout, Number};
 use calibench::robot::Pose;
 
 /// Marks of a dialect for comments and strings.
@@ -27,13 +28,6 @@ pub(super) struct Text {
     line_starts: Vec<usize>,
 }
 
-/// A number and its place in the file.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Number {
-    pub at: Range<usize>,
-    pub value: f64,
-}
-
 /// A pair of brackets: the offsets of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Brackets {
@@ -45,40 +39,6 @@ impl Brackets {
     pub fn inside(&self) -> Range<usize> {
         self.open + 1..self.close
     }
-}
-
-/// Numbers of a position, in the order in which the controller writes them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Layout {
-    /// X, Y, Z (mm), A, B, C (deg): `Rz(A) Ry(B) Rx(C)`.
-    KukaFrame,
-    /// x, y, z (m) and a rotation vector (rad).
-    UrPose,
-    /// x, y, z (mm) and a quaternion, the scalar first.
-    AbbTarget,
-    /// X, Y, Z (mm), W, P, R (deg): `Rz(R) Ry(P) Rx(W)`.
-    FanucPose,
-    /// Joint angles, deg.
-    Degrees,
-    /// Joint angles, rad.
-    Radians,
-}
-
-/// Posture that a program states for a pose.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Configuration {
-    /// Nothing.
-    Any,
-    /// Something that cannot be understood.
-    Unreadable,
-    /// Joints (rad) near which the controller looks for the posture.
-    Near(Vec<f64>),
-    /// KUKA's status and turn.
-    Kuka { status: Option<Number>, turn: Option<Number> },
-    /// ABB's cf1, cf4, cf6, cfx.
-    Abb([Number; 4]),
-    /// FANUC's CONFIG.
-    Fanuc { flip: bool, down: bool, back: bool, turns: [Number; 3] },
 }
 
 /// A position of a program.
@@ -106,7 +66,7 @@ impl Position {
 
     /// True if its numbers are joints.
     pub fn is_joints(&self) -> bool {
-        matches!(self.layout, Layout::Degrees | Layout::Radians)
+        matches!(self.layout, Layout::Degrees | Layout::Radians | Layout::ValJoints)
     }
 }
 

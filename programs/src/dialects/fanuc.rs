@@ -1,12 +1,15 @@
 //! FANUC's teach pendant programs as text: `.ls`.
 
+mod instructions;
 mod listing;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 
+use crate::flow::{Names, Step, follow};
 use crate::scan::{Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text};
 
+use instructions::{Follower, KEYS, Numbers, Uses, instruction, named};
 pub use listing::listed;
 
 /// Remarks are instructions here, and are skipped as such.
@@ -30,26 +33,53 @@ struct Entry {
     at: Range<usize>,
 }
 
+/// A file as far as it is read before its frames are followed.
+struct Parsed {
+    scan: Scan,
+    uses: Uses,
+    entries: Vec<Entry>,
+}
+
 pub fn scan(sources: &[Source], joints_as_in_robot_file: bool) -> Vec<Scan> {
-    sources.iter().map(|source| scan_file(&source.text, joints_as_in_robot_file)).collect()
+    let mut steps = Vec::new();
+    let mut numbers = HashMap::new();
+    let parsed: Vec<Parsed> = sources.iter().map(|source| parse(source, &mut numbers, &mut steps)).collect();
+    let frames = follow(&steps);
+    let of = |(source, parsed): (&Source, Parsed)| {
+        let frames_of = |name: &str| numbers.get(&(source.file, name.to_owned())).and_then(|number| frames.get(number));
+        let active = Active { of: &frames_of, only: [Frame::Tool, Frame::Base].map(|frame| only_one(&steps, frame)) };
+        let Parsed { mut scan, uses, entries } = parsed;
+        all_positions(&source.text, &entries, &uses, &active, joints_as_in_robot_file, &mut scan);
+        let there: HashSet<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
+        for (line, name) in &uses.used {
+            if !there.contains(name.as_str()) {
+                scan.warn(*line, name, "this position is not in the file", "export the program with its positions");
+            }
+        }
+        scan
+    };
+    sources.iter().zip(parsed).map(of).collect()
 }
 
-/// What the instructions of a program say of its positions.
-#[derive(Default)]
-struct Uses {
-    relative: HashSet<String>,
-    used: Vec<(usize, String)>,
-    /// Moved to together with another group, with the line of the first such motion.
-    coordinated: HashSet<String>,
-    first_coordinated: Option<usize>,
-    /// Set at run time.
-    set: HashSet<String>,
-    /// Numbers of the frames that are switched on, tool and base; empty for one that is computed.
-    active: [BTreeSet<String>; 2],
+/// The frame that all programs switch on, if it is one.
+fn only_one(steps: &[Step], frame: Frame) -> Option<Name> {
+    let set = |step: &Step| matches!(step, Step::Set(of, _) if *of == frame).then(|| step.clone());
+    let names: BTreeSet<Name> =
+        steps.iter().filter_map(set).filter_map(|step| if let Step::Set(_, name) = step { Some(name) } else { None }).collect();
+    names.first().cloned().filter(|_| names.len() == 1)
 }
 
-fn scan_file(text: &Text, joints_as_in_robot_file: bool) -> Scan {
+/// The frames that are switched on where a position is used.
+struct Active<'a> {
+    of: &'a dyn Fn(&str) -> Option<&'a [Names; 2]>,
+    /// The frames of positions that no motion names, where all programs switch on one.
+    only: [Option<Name>; 2],
+}
+
+fn parse(source: &Source, numbers: &mut Numbers, steps: &mut Vec<Step>) -> Parsed {
+    let text = &source.text;
     let mut scan = Scan { settings: null_frames(), ..Scan::default() };
+    let mut follower = Follower { file: source.file, numbers, steps };
     let mut section = Section::Head;
     let mut uses = Uses::default();
     let mut entries: Vec<Entry> = Vec::new();
@@ -57,6 +87,11 @@ fn scan_file(text: &Text, joints_as_in_robot_file: bool) -> Scan {
     for (k, at) in text.lines().enumerate() {
         let capitals = text.capitals(at.clone());
         section = match capitals.split_whitespace().next() {
+            Some("/PROG") => {
+                let name = capitals.split_whitespace().nth(1).unwrap_or_default();
+                follower.steps.push(Step::Begin(name.to_owned()));
+                Section::Head
+            }
             Some("/MN") => Section::Instructions,
             Some("/POS") => Section::Positions,
             Some(mark) if mark.starts_with('/') && mark[1..].starts_with(|c: char| c.is_ascii_alphabetic()) => Section::Head,
@@ -70,7 +105,7 @@ fn scan_file(text: &Text, joints_as_in_robot_file: bool) -> Scan {
                     (Some((_, before)), "") => before.extend([" ", body]),
                     (_, number) if number.bytes().all(|b| b.is_ascii_digit()) => {
                         if let Some((line, body)) = open.replace((k + 1, body.to_owned())) {
-                            instruction(line, &body, &mut uses, &mut scan);
+                            instruction(line, &body, &mut uses, &mut follower, &mut scan);
                         }
                     }
                     _ => {}
@@ -91,20 +126,21 @@ fn scan_file(text: &Text, joints_as_in_robot_file: bool) -> Scan {
         }
     }
     if let Some((line, body)) = open {
-        instruction(line, &body, &mut uses, &mut scan);
+        instruction(line, &body, &mut uses, &mut follower, &mut scan);
     }
-    all_positions(text, &entries, &uses, joints_as_in_robot_file, &mut scan);
-    let there: HashSet<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-    for (line, name) in uses.used {
-        if !there.contains(name.as_str()) {
-            scan.warn(line, name, "this position is not in the file", "export the program with its positions");
-        }
-    }
-    scan
+    follower.steps.push(Step::End);
+    Parsed { scan, uses, entries }
 }
 
 /// The positions of `/POS`, with what the instructions say of them.
-fn all_positions(text: &Text, entries: &[Entry], uses: &Uses, joints_as_in_robot_file: bool, scan: &mut Scan) {
+fn all_positions(
+    text: &Text,
+    entries: &[Entry],
+    uses: &Uses,
+    active: &Active<'_>,
+    joints_as_in_robot_file: bool,
+    scan: &mut Scan,
+) {
     let moving = moving_group(text, entries);
     if let Some(line) = uses.first_coordinated {
         let group = moving.clone().unwrap_or_else(|| "another group".into());
@@ -122,7 +158,7 @@ fn all_positions(text: &Text, entries: &[Entry], uses: &Uses, joints_as_in_robot
             scan.warn(line, name, reason, "write it as a position, if it is to be compensated");
         } else if uses.set.contains(name) {
             scan.unread += 1; // Told where it is set.
-        } else if let Some(mut position) = position(text, entry, &uses.active, joints_as_in_robot_file, scan) {
+        } else if let Some(mut position) = position(text, entry, active, joints_as_in_robot_file, scan) {
             if uses.coordinated.contains(name) {
                 scan.left.push(position); // Told with the motion.
                 continue;
@@ -158,86 +194,6 @@ fn null_frames() -> Vec<Setting> {
     vec![of(Frame::Tool, "UT 0"), of(Frame::Base, "UF 0")]
 }
 
-/// An instruction: what moves relatively, by offsets, or to registers.
-fn instruction(line: usize, body: &str, uses: &mut Uses, scan: &mut Scan) {
-    let body = body.trim_start();
-    if body.starts_with('!') || body.starts_with("//") || body.starts_with("--") {
-        return;
-    }
-    let named: Vec<String> = places(body);
-    let is_motion = ["J ", "L ", "C ", "A ", "S ", "J P", "L P", "C P", "A P"].iter().any(|verb| body.starts_with(verb));
-    if !is_motion {
-        for (k, key) in ["UTOOL_NUM", "UFRAME_NUM"].into_iter().enumerate() {
-            if let Some((_, number)) = body.split_once(key) {
-                let number: String = number.chars().filter(|c| !"= ;[]".contains(*c)).collect();
-                uses.active[k].insert(number);
-            }
-        }
-        let tight: String = body.chars().filter(|c| !c.is_whitespace()).collect();
-        for (frame, list, key) in [(Frame::Tool, "UTOOL[", "UT"), (Frame::Base, "UFRAME[", "UF")] {
-            let set = tight.strip_prefix(list).and_then(|rest| rest.split_once("]="));
-            if let Some((number, _)) = set {
-                let shown = format!("{list}{number}]");
-                // The group may stand before the number: UFRAME[GP1:6].
-                let number = number.rsplit(':').next().unwrap_or(number);
-                let name = Name::new(format!("{key} {number}"), shown);
-                scan.settings.push(Setting { line, frame, name, stands: Stands::Computed });
-            }
-        }
-        if body.starts_with("PR[") || body.starts_with("P[") {
-            if let Some(name) = named.first().filter(|name| name.starts_with("P[")) {
-                uses.set.insert(name.split(',').next().map_or_else(String::new, |n| format!("{}]", n.trim_end_matches(']'))));
-            }
-            let remedy = "check what the program does with it";
-            scan.warn(line, body.chars().take(40).collect::<String>(), "positions are computed at run time", remedy);
-        }
-        return;
-    }
-    let words: Vec<&str> = body.split([' ', ',', ';']).collect();
-    let has = |word: &str| words.iter().any(|w| w.starts_with(word));
-    if words.contains(&"INC") {
-        uses.relative.extend(named.iter().filter(|name| name.starts_with("P[")).cloned());
-        scan.warn(line, "INC", "a relative motion is left as it is", "start it from a compensated position, and keep it short");
-    }
-    if words.iter().any(|w| *w == "COORD" || w.starts_with("COORD[")) {
-        uses.coordinated.extend(named.iter().filter(|name| name.starts_with("P[")).cloned());
-        uses.first_coordinated.get_or_insert(line);
-    }
-    if has("OFFSET") || has("TOOL_OFFSET") || has("VOFFSET") {
-        let reason = "an offset is added at run time; the position is compensated for where it stands without it";
-        scan.warn(line, "Offset", reason, "write out the positions that are to be compensated");
-    }
-    for name in named {
-        if name.starts_with("PR[") {
-            let reason = "the motion goes to a position register, which is not part of the file";
-            scan.warn(line, name, reason, "use positions P[n], if they are to be compensated");
-        } else if name.contains("R[") {
-            scan.warn(line, name, "the number of the position is computed at run time", "check that it is one of this file");
-        } else {
-            uses.used.push((line, name));
-        }
-    }
-}
-
-/// The positions and position registers named before the speed, as `P[3]`, `PR[1]`, `P[R[2]]`.
-fn places(body: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut rest = body;
-    while let Some(at) = rest.find("P[").or(rest.find("PR[")) {
-        let at = rest.find("PR[").map_or(at, |register| register.min(at));
-        let follows_word = rest[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
-        let from = &rest[at..];
-        let Some(end) = from.find(']') else { break };
-        // An offset's register, `Offset,PR[1]`, is not a destination.
-        if !follows_word && !rest[..at].trim_end().ends_with(',') {
-            let name = from[..end].split(':').next().unwrap_or("");
-            found.push(format!("{name}]"));
-        }
-        rest = &from[end..];
-    }
-    found
-}
-
 /// `KEY = value` or `KEY : value` between commas: the place of the value.
 fn field(text: &Text, parts: &[Range<usize>], key: &str) -> Option<Range<usize>> {
     fields(text, parts, key).next()
@@ -271,24 +227,35 @@ fn group_1(text: &Text, entry: &Entry) -> Option<Range<usize>> {
     Some(from..end)
 }
 
-/// The name of a frame as a position has it: a number, or F for the one that is switched on.
-fn frame_name(key: &str, written: &str, active: &BTreeSet<String>) -> Option<Name> {
-    let named = |number: &str| Name::new(format!("{key} {number}"), format!("{key} {number}"));
+/// The names of a frame as a position has it: a number, or F for the one that is switched on where it is used.
+fn frame_names(frame: Frame, written: &str, entry: &Entry, active: &Active<'_>, scan: &mut Scan) -> Names {
+    let (k, key) = (frame as usize, KEYS[frame as usize]);
+    let here = (active.of)(&entry.name).map(|names| &names[k]).filter(|names| !names.is_empty());
     match written {
-        "" => None,
-        "F" => match active.iter().collect::<Vec<_>>()[..] {
-            [] => None,
-            [only] => Some(named(only)),
-            _ => Some(named("F")),
+        "" => Names::new(),
+        "F" => match (here, &active.only[k]) {
+            (Some(names), _) => names.clone(),
+            (None, Some(only)) => Names::from([only.clone()]),
+            (None, None) => Names::from([Name::new(format!("{key} F"), format!("{key} F, the one that is switched on,"))]),
         },
-        number => Some(named(number)),
+        number => {
+            let own = named(frame, number);
+            if let Some(other) = here.and_then(|names| names.iter().find(|name| **name != own)) {
+                let reason = format!(
+                    "it is of {}, and a motion goes there with {} switched on; it is compensated in its own",
+                    own.shown, other.shown
+                );
+                scan.warn(entry.line, entry.name.as_str(), &reason, "check what the controller does there");
+            }
+            Names::from([own])
+        }
     }
 }
 
 fn position(
     text: &Text,
     entry: &Entry,
-    active: &[BTreeSet<String>; 2],
+    active: &Active<'_>,
     joints_as_in_robot_file: bool,
     scan: &mut Scan,
 ) -> Option<Position> {
@@ -305,7 +272,7 @@ fn position(
         return None;
     }
     let of = |key: &str| field(text, &parts, key).map_or_else(String::new, |at| text.capitals(at));
-    let frames = [("UT", 0), ("UF", 1)].map(|(key, k)| frame_name(key, &of(key), &active[k]).into_iter().collect());
+    let written = KEYS.map(of);
     let joints = field(text, &parts, "J1").is_some();
     if joints && !joints_as_in_robot_file {
         let reason = "it is a joint position: the pendant's J3 turns with J2, the robot file's may not";
@@ -324,6 +291,7 @@ fn position(
         scan.unreadable(line, name, reason, "teach it, and export the program again");
         return None;
     };
+    let frames = [Frame::Tool, Frame::Base].map(|frame| frame_names(frame, &written[frame as usize], entry, active, scan));
     let layout = if joints { Layout::Degrees } else { Layout::FanucPose };
     let configuration = match quoted {
         Some(at) if !joints => config(text, at.start + 1..at.end).unwrap_or(Configuration::Unreadable),

@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod a_program_is_rewritten_and_nothing_else;
+mod every_dialect_branches_and_calls;
 mod frames_come_from_files;
 #[path = "../../../tests/it/identified.rs"]
 mod identified;
+mod jobs_of_yaskawa_and_of_staubli;
 mod programs_are_as_controllers_write_them;

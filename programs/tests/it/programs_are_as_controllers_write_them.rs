@@ -20,39 +20,39 @@ pub const BARE: Task = Task {
     payload: None,
 };
 /// Tools and bases by their number, X, Y, Z (mm), A, B, C (deg).
-const TOOLS: [[f64; 6]; 3] = [[0.0; 6], [10.0, -4.0, 120.0, 0.0, 5.0, 0.0], [0.0, 35.0, 90.0, 30.0, 0.0, -20.0]];
-const BASES: [[f64; 6]; 3] = [[0.0; 6], [300.0, -120.0, 40.0, 15.0, 0.0, 0.0], [-50.0, 210.0, 80.0, -90.0, 3.0, 1.0]];
+pub const TOOLS: [[f64; 6]; 3] = [[0.0; 6], [10.0, -4.0, 120.0, 0.0, 5.0, 0.0], [0.0, 35.0, 90.0, 30.0, 0.0, -20.0]];
+pub const BASES: [[f64; 6]; 3] = [[0.0; 6], [300.0, -120.0, 40.0, 15.0, 0.0, 0.0], [-50.0, 210.0, 80.0, -90.0, 3.0, 1.0]];
 /// Programs generated for each dialect.
-const PROGRAMS: u64 = 6;
+pub const PROGRAMS: u64 = 6;
 /// Positions of each.
-const POSITIONS: usize = 24;
+pub const POSITIONS: usize = 24;
 
-fn pose_of([x, y, z, a, b, c]: [f64; 6]) -> Pose {
+pub fn pose_of([x, y, z, a, b, c]: [f64; 6]) -> Pose {
     of_angles([x, y, z], [a, b, c])
 }
 
-fn rewrite(bench: &Bench, dialect: Dialect, files: &[(&str, Vec<u8>)], permissions: &Permissions) -> Vec<RewrittenProgram> {
+pub fn rewrite(bench: &Bench, dialect: Dialect, files: &[(&str, Vec<u8>)], permissions: &Permissions) -> Vec<RewrittenProgram> {
     let mut compensator = Compensator::new(&bench.calibration, &BARE).unwrap();
     let of = |(path, bytes): &(&str, Vec<u8>)| Program { path: path.into(), dialect, bytes: bytes.clone() };
     rewrite_programs(&files.iter().map(of).collect::<Vec<_>>(), &mut compensator, permissions)
 }
 
 /// A position as it was generated: its posture, and the numbers of its tool and its base.
-struct Made {
-    q: Vec<f64>,
-    tool: usize,
-    base: usize,
+pub struct Made {
+    pub q: Vec<f64>,
+    pub tool: usize,
+    pub base: usize,
 }
 
 impl Made {
     /// Its pose in its base, by arithmetic of this test alone.
-    fn pose(&self, bench: &Bench) -> Pose {
+    pub fn pose(&self, bench: &Bench) -> Pose {
         let link_from_flange = Compensator::new(&bench.calibration, &BARE).unwrap().nominal_pose(&self.q);
         pose_of(BASES[self.base]).inverse() * link_from_flange * pose_of(TOOLS[self.tool])
     }
 
     /// Asserts that `new` is what the controller must be sent so that the tool reaches `old`, both in the position's frames.
-    fn holds(&self, bench: &Bench, old: Pose, new: Pose) {
+    pub fn holds(&self, bench: &Bench, old: Pose, new: Pose) {
         let frame =
             |[x, y, z, a, b, c]: [f64; 6]| FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) };
         let task = Task { frame: WorkFrame::Base(frame(BASES[self.base])), tool: Some(frame(TOOLS[self.tool])), ..BARE };
@@ -72,30 +72,30 @@ impl Made {
 }
 
 /// What is told must be the lines expected, none of them a refusal.
-fn told(new: &RewrittenProgram, expected: &[usize]) {
+pub fn told(new: &RewrittenProgram, expected: &[usize]) {
     let lines: Vec<usize> = new.remarks.iter().map(|r| r.line).collect();
     assert_eq!(lines, expected, "{:#?}", new.remarks);
     assert!(new.is_whole(), "{:#?}", new.remarks);
 }
 
-fn line(w: &Writer) -> usize {
+pub fn line(w: &Writer) -> usize {
     1 + w.bytes().iter().filter(|b| **b == b'\n').count()
 }
 
-struct Random(ChaCha8Rng);
+pub struct Random(pub ChaCha8Rng);
 
 impl Random {
-    fn below(&mut self, most: usize) -> usize {
+    pub fn below(&mut self, most: usize) -> usize {
         self.0.random_range(0..most)
     }
 
-    fn made(&mut self, bench: &Bench) -> Made {
+    pub fn made(&mut self, bench: &Bench) -> Made {
         let q = bench.postures[self.below(bench.postures.len())].clone();
         Made { q, tool: 1 + self.below(2), base: 1 + self.below(2) }
     }
 }
 
-fn krl_numbers(w: &mut Writer, bench: &Bench, made: &Made) {
+pub fn krl_numbers(w: &mut Writer, bench: &Bench, made: &Made) {
     let (xyz, abc) = angles(&made.pose(bench));
     for (k, (name, value)) in "XYZABC".chars().zip(xyz.into_iter().chain(abc)).enumerate() {
         w.fixed(format!("{}{name} ", if k > 0 { "," } else { "" })).number(value, 6);
@@ -354,7 +354,7 @@ fn urscript_with_several_tools() {
 }
 
 /// One program, and what is told of it: the line, whether it blocks, a word of it.
-fn says(
+pub fn says(
     bench: &Bench,
     dialect: Dialect,
     program: &str,
