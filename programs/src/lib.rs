@@ -13,12 +13,15 @@ mod layout;
 mod numbers;
 mod program;
 mod rewrite;
+mod rewritten;
 mod scan;
+mod stretches;
 mod world;
 
 #[cfg(feature = "schema")]
 pub use frames_file::frames_schema;
 pub use frames_file::{FRAMES_FORMAT, NamedFrames, read_frames};
 pub use program::{Dialect, Program, read_program};
-pub use rewrite::{Permissions, Rewritten, RewrittenProgram, rewrite_programs};
+pub use rewrite::{Permissions, RewrittenProgram, rewrite_programs};
+pub use rewritten::Rewritten;
 pub use scan::Remark;

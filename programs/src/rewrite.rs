@@ -5,12 +5,14 @@ use super::frames::{Frames, Given, Lacks, Place};
 use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::Program;
+use super::rewritten::Rewritten;
 use super::scan::{Configuration, Position, Remark, Scan};
+use super::stretches::{Step, Stretches, step};
 use super::world::tell_height;
 use calibench::compensate::conditions::Conditions;
 use calibench::compensate::{Compensator, Desired, Fake, Target, Warnings};
 use calibench::robot::FramePose;
-use calibench::units::DEG;
+use calibench::units::{DEG, MM};
 
 /// Read back, a position leads to its joints to this angle, rad.
 const SAME_JOINTS: f64 = 1e-6 * DEG;
@@ -28,38 +30,6 @@ pub struct Permissions {
     pub base_given: bool,
     /// Frames that programs name, from elsewhere.
     pub frames: NamedFrames,
-}
-
-/// A position with its result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rewritten {
-    /// Line, counted from 1.
-    pub line: usize,
-    /// Its name, or the instruction that has it.
-    pub name: String,
-    /// The desired position.
-    pub target: Target,
-    /// The target commanded instead.
-    pub fake: Fake,
-    /// Warnings, as that it lies outside what was measured.
-    pub warnings: Warnings,
-}
-
-impl Rewritten {
-    /// The desired TCP as the program has it, m; `None` for a position of joints.
-    pub fn target_xyz(&self) -> Option<[f64; 3]> {
-        match &self.target.desired {
-            Desired::Pose { pose, .. } => Some(pose.translation.vector.into()),
-            Desired::Joints(_) => None,
-        }
-    }
-
-    /// From the desired TCP to the one commanded, m, along the axes of the position's base; `None` for joints.
-    pub fn shift(&self) -> Option<[f64; 3]> {
-        let [x, y, z] = self.target_xyz()?;
-        let fake = self.fake.pose.translation.vector;
-        Some([fake.x - x, fake.y - y, fake.z - z])
-    }
 }
 
 /// A program with its positions compensated.
@@ -181,7 +151,9 @@ fn rewrite(
 ) -> RewrittenProgram {
     let positions = std::mem::take(&mut scan.positions);
     let (mut edits, mut rewritten, mut unmapped) = (Vec::new(), Vec::<Rewritten>::new(), Vec::new());
-    for position in &positions {
+    let mut stretches = Stretches::default();
+    let mut before: Option<[Place; 2]> = None;
+    for (index, position) in positions.iter().enumerate() {
         let places = match frames.places(position, file) {
             Ok(places) => places,
             Err(Lacks::Told) => continue,
@@ -190,7 +162,7 @@ fn rewrite(
                 continue;
             }
             Err(Lacks::Because(reason, remedy)) => {
-                scan.refuse(position.line, position.name.as_str(), &reason, remedy);
+                stretches.tell(index, position, &reason, remedy, true);
                 continue;
             }
         };
@@ -198,21 +170,50 @@ fn rewrite(
         let compensator = match benches.of(&places, near) {
             Ok(compensator) => compensator,
             Err(reason) => {
-                scan.refuse(position.line, position.name.as_str(), &reason, CHECK);
+                stretches.tell(index, position, &reason, CHECK, true);
                 continue;
             }
         };
         match compensate(position, compensator, &mut unmapped) {
             Ok((target, fake, warnings)) => {
                 let new = position.edits(&fake);
-                check_back(position, &fake, compensator, &mut scan);
+                if leads_elsewhere(position, &fake, compensator) {
+                    stretches.tell(index, position, ELSEWHERE, "give a joint position there", false);
+                } else if warnings.near_singular {
+                    stretches.tell(
+                        index,
+                        position,
+                        SINGULAR,
+                        "lay the path farther from it, or cross it by a motion of joints",
+                        false,
+                    );
+                }
                 edits.extend(new);
-                rewritten.push(Rewritten { line: position.line, name: position.name.clone(), target, fake, warnings });
+                let one = Rewritten { line: position.line, name: position.name.clone(), target, fake, warnings };
+                let last = rewritten.last().filter(|_| before.as_ref() == Some(&places));
+                if let Some(Step { size, joint, angle }) = last.and_then(|last| step(last, &one)) {
+                    let reason = format!(
+                        "the compensation steps by {:.3} mm from the position before, where the program has no step: joint {} turns by {:.1} deg",
+                        size / MM,
+                        joint + 1,
+                        angle / DEG
+                    );
+                    stretches.tell(
+                        index,
+                        position,
+                        &reason,
+                        "give the configuration of both positions, or lay the path elsewhere",
+                        false,
+                    );
+                }
+                rewritten.push(one);
+                before = Some(places);
             }
             Err((reason, _)) if position.spare => stays(position, &reason, &mut scan),
-            Err((reason, remedy)) => scan.refuse(position.line, position.name.as_str(), &reason, remedy),
+            Err((reason, remedy)) => stretches.tell(index, position, &reason, remedy, true),
         }
     }
+    scan.remarks.extend(stretches.remarks());
     for position in &scan.left {
         // What is not known of their frames is told once, as of all others.
         _ = frames.places(position, file);
@@ -295,8 +296,16 @@ fn compensate(
     }
 }
 
-/// Reads the new numbers back and warns if the controller would find other joints.
-fn check_back(position: &Position, fake: &Fake, compensator: &mut Compensator<'_>, scan: &mut Scan) {
+/// Told of a position whose numbers lead to other joints.
+const ELSEWHERE: &str =
+    "near a singularity: the numbers written lead to other joints than those computed, by more than 1e-6 deg";
+
+/// Told of a position near a singularity.
+const SINGULAR: &str =
+    "near a singularity: small motions of the tool are large ones of the joints, and the path may be left between positions";
+
+/// Reads the new numbers back; true if the controller would find other joints.
+fn leads_elsewhere(position: &Position, fake: &Fake, compensator: &mut Compensator<'_>) -> bool {
     let values: Vec<f64> = position.texts(fake).iter().filter_map(|text| text.parse().ok()).collect();
     let found = match meaning(position.layout, &values) {
         Ok(Meaning::Pose(pose)) => {
@@ -307,10 +316,7 @@ fn check_back(position: &Position, fake: &Fake, compensator: &mut Compensator<'_
         Err(_) => None,
     };
     let off = found.map(|q| q.iter().zip(&fake.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
-    if off.is_none_or(|off| off > SAME_JOINTS) {
-        let reason = "near a singularity: the numbers written lead to other joints than those computed, by more than 1e-6 deg";
-        scan.warn(position.line, position.name.as_str(), reason, "give a joint position there");
-    }
+    off.is_none_or(|off| off > SAME_JOINTS)
 }
 
 /// The file with some of its bytes replaced.

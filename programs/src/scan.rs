@@ -204,12 +204,10 @@ impl Scan {
     }
 }
 
-/// The module that has a name, seen from `module`: itself, else the first of the others.
-pub(super) fn home_of(names: &HashSet<(usize, String)>, module: usize, name: &str) -> usize {
-    if names.contains(&(module, name.to_owned())) {
-        return module;
-    }
-    names.iter().filter(|(_, other)| other == name).map(|(home, _)| *home).min().unwrap_or(module)
+/// The module that has a name, seen from `module` among so many: itself, else the first of the others.
+pub(super) fn home_of(names: &HashSet<(usize, String)>, modules: usize, module: usize, name: &str) -> usize {
+    let has = |home: usize| names.contains(&(home, name.to_owned()));
+    if has(module) { module } else { (0..modules).find(|home| has(*home)).unwrap_or(module) }
 }
 
 impl Text {

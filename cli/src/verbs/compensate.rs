@@ -33,7 +33,7 @@ use nalgebra::{Point3, Vector3};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written, warn};
 pub use arguments::Arguments;
-use telling::{MOST_TOLD, tell_setting};
+use telling::{MOST_TOLD, stretches, tell_setting};
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let programs = programs::Programs::of(arguments)?;
@@ -225,23 +225,27 @@ fn program(
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
     print_answer(format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
-    let mut refused: Vec<[String; 3]> = targets
-        .iter()
-        .zip(results)
-        .filter_map(|(t, r)| r.outcome.as_ref().err().map(|e| [t.id.clone(), e.name().into(), e.to_string()]))
-        .collect();
+    let ids = || targets.iter().map(|target| target.id.as_str());
+    let mut refused = stretches(ids(), results.iter().map(|r| r.outcome.as_ref().err()));
     if !refused.is_empty() {
-        let more = refused.split_off(refused.len().min(MOST_TOLD)).len();
-        print_answer(plain_table(["refused", "status", ""], refused))?;
+        let more: usize = refused.split_off(refused.len().min(MOST_TOLD)).iter().map(|told| told.count).sum();
+        let rows = refused.into_iter().map(|told| [told.targets, told.what.name().into(), told.what.to_string()]);
+        let rows: Vec<[String; 3]> = rows.collect();
+        print_answer(plain_table(["refused", "status", ""], rows))?;
         if more > 0 {
             print(format!("and {more} more, each with its status in the file"))?;
         }
     }
-    let warned = |of: fn(&Compensated) -> bool| results.iter().filter(|r| of(r)).count();
-    let near = warned(|r| r.warnings.near_singular);
-    if near > 0 {
+    let near = stretches(ids(), results.iter().map(|r| r.warnings.near_singular.then_some(())));
+    if !near.is_empty() {
+        let count: usize = near.iter().map(|told| told.count).sum();
+        let mut words: Vec<&str> = near.iter().take(MOST_TOLD).map(|told| told.targets.as_str()).collect();
+        if near.len() > MOST_TOLD {
+            words.push("and others");
+        }
         print(format!(
-            "{near} near a singularity: the arm reaches it, but small motions of the tool are large ones of its joints"
+            "{count} near a singularity: the arm reaches it, but small motions of the tool are large ones of its joints: {}",
+            words.join(", ")
         ))?;
     }
     if !fakes.is_empty() {

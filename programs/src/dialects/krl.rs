@@ -27,6 +27,8 @@ type Key = (usize, String);
 /// Uses of names in the statements of all files.
 #[derive(Default)]
 struct Uses {
+    /// Number of modules, at most.
+    modules: usize,
     /// Moved to.
     moved: HashSet<Key>,
     /// Part of an expression, or of a frame.
@@ -52,7 +54,7 @@ struct Uses {
 
 pub fn scan(sources: &[Source]) -> Vec<Scan> {
     let forms = Forms::of(sources);
-    let mut uses = Uses::default();
+    let mut uses = Uses { modules: sources.len(), ..Uses::default() };
     for source in sources {
         statements(&source.text).iter().for_each(|s| uses.declare(source, s));
     }
@@ -86,7 +88,7 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
 
 impl Uses {
     fn key(&self, module: usize, root: &str, name: &str) -> Key {
-        (home_of(&self.declared, module, root), name.to_owned())
+        (home_of(&self.declared, self.modules, module, root), name.to_owned())
     }
 
     fn number(&mut self, key: Key) -> usize {

@@ -32,6 +32,8 @@ type Key = (usize, String);
 /// Names used by the motions of all files.
 #[derive(Default)]
 struct Uses {
+    /// Number of modules, at most.
+    modules: usize,
     moved: HashSet<Key>,
     /// Positions written out, by module.
     written: HashSet<Key>,
@@ -44,7 +46,7 @@ struct Uses {
 }
 
 pub fn scan(sources: &[Source]) -> Vec<Scan> {
-    let mut uses = Uses::default();
+    let mut uses = Uses { modules: sources.len(), ..Uses::default() };
     for source in sources {
         let named = positions(&source.text).into_iter().filter_map(|(group, _)| assigned(&source.text, group.at.open));
         uses.written.extend(named.map(|name| (source.module, name)));
@@ -57,7 +59,7 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
 
 impl Uses {
     fn key(&self, module: usize, name: &str) -> Key {
-        (home_of(&self.written, module, name), name.to_owned())
+        (home_of(&self.written, self.modules, module, name), name.to_owned())
     }
 
     fn see(&mut self, source: &Source, statement: &Statement) {

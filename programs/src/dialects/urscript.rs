@@ -245,10 +245,11 @@ fn tools(text: &Text, calls: &[Call]) -> Vec<Setting> {
         }
     };
     let literals: Vec<Literal> = literals(text).into_iter().filter(|literal| literal.is_pose).collect();
+    let by_start: HashMap<usize, &Literal> = literals.iter().map(|literal| (literal.at.start, literal)).collect();
     let set = calls.iter().filter(|call| call.name == "set_tcp").filter_map(|call| {
         let name = tool_of(text, call).filter(|name| !is_name(&name.key))?;
         let value = value_of(text, call.arguments.first()?);
-        let written = literals.iter().find(|literal| literal.at == value).and_then(pose);
+        let written = by_start.get(&value.start).filter(|literal| literal.at == value).and_then(|literal| pose(literal));
         let stands = written.map_or(Stands::Computed, Stands::At);
         Some(Setting { line: text.line(call.at), frame: Frame::Tool, name, stands })
     });
@@ -298,9 +299,15 @@ fn scan_file(source: &Source, uses: &Uses) -> Scan {
     let text = &source.text;
     let calls = calls(text);
     let mut scan = Scan { settings: tools(text, &calls), ..Scan::default() };
+    let mut next = calls.iter().peekable();
+    // Calls that are open at a literal; both come in the order of their beginnings, so that dense paths take no longer a point.
+    let mut open: Vec<&Call> = Vec::new();
     for literal in literals(text) {
-        // The innermost call around it.
-        let around = calls.iter().filter(|c| c.at <= literal.at.start && literal.at.end <= c.close).max_by_key(|c| c.at);
+        while let Some(call) = next.next_if(|call| call.at <= literal.at.start) {
+            open.push(call);
+        }
+        while open.pop_if(|call| call.close < literal.at.end).is_some() {}
+        let around = open.last().copied();
         let line = text.line(literal.at.start);
         let Some(call) = around else {
             if let Some(name) = assigned(text, literal.at.start).filter(|name| uses.moved.contains(name)) {

@@ -1,6 +1,7 @@
 //! The guarantees of this package, one file each.
 #![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
+mod a_dense_path_stays_smooth;
 mod a_program_is_rewritten_and_nothing_else;
 mod every_dialect_branches_and_calls;
 mod frames_come_from_files;

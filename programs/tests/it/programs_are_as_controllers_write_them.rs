@@ -73,7 +73,9 @@ impl Made {
 
 /// What is told must be the lines expected, none of them a refusal.
 pub fn told(new: &RewrittenProgram, expected: &[usize]) {
-    let lines: Vec<usize> = new.remarks.iter().map(|r| r.line).collect();
+    // With other tools some postures are near a singularity, which is told as well.
+    let others = new.remarks.iter().filter(|r| !r.reason.starts_with("near a singularity"));
+    let lines: Vec<usize> = others.map(|r| r.line).collect();
     assert_eq!(lines, expected, "{:#?}", new.remarks);
     assert!(new.is_whole(), "{:#?}", new.remarks);
 }
@@ -341,7 +343,9 @@ fn urscript_with_several_tools() {
         }
         w.fixed("end\n");
         let new = rewrite(&bench, Dialect::UrScript, &[("job.script", w.bytes())], &Permissions::default()).remove(0);
-        let others: Vec<&Remark> = new.remarks.iter().filter(|r| r.line != 2).collect();
+        // Of another tool some postures are near a singularity, which is told as well.
+        let is_other = |r: &&Remark| r.line != 2 && !r.reason.starts_with("near a singularity");
+        let others: Vec<&Remark> = new.remarks.iter().filter(is_other).collect();
         assert_eq!(others.iter().map(|r| r.line).collect::<Vec<_>>(), warned, "{others:#?}");
         assert!(new.is_whole(), "{:#?}", new.remarks);
         let (old, numbers) = (w.old_numbers(), w.numbers_of(&new.bytes));

@@ -15,7 +15,7 @@ pub struct Arguments {
     pub calibration: PathBuf,
     /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
     /// reach it. Or robot programs that belong together: .src and .dat (KRL), .script (URScript), .mod, .modx, .prg (RAPID),
-    /// .ls (FANUC)
+    /// .ls (FANUC), .jbi (Yaskawa), .pgx and .dtx (VAL 3)
     #[arg(requires = "out", value_name = "TARGETS.csv|PROGRAM", value_parser = input())]
     pub targets: Vec<PathBuf>,
     /// Output file for the fake targets, one row per target, or for the program; a folder for several programs
@@ -30,7 +30,7 @@ pub struct Arguments {
     /// External axes of programs carry neither the robot nor the work, wherever they stand
     #[arg(long, requires = "targets")]
     pub external_axes_apart: bool,
-    /// Tools and bases by the names that programs have for them: .toml with [tools] and [bases], NAME = [X,Y,Z,A,B,C] (mm, deg);
+    /// Tools and bases by the names that programs have for them: .toml (`calibench-frames/1`) with [tools] and [bases], NAME = [X,Y,Z,A,B,C] (mm, deg);
     /// $config.dat (KRL); a module with tooldata and wobjdata (RAPID); the listing of $MNUTOOL and $MNUFRAME (FANUC)
     #[arg(long, value_name = "FILE", requires = "targets", value_parser = input())]
     pub frames: Vec<PathBuf>,
