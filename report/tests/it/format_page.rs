@@ -111,7 +111,10 @@ fn value_of(schema: &Value, root: &Value) -> String {
         Some("boolean") => "`true`, `false`".into(),
         Some("array") => list_of(keys, root),
         Some("object") => match keys.get("additionalProperties") {
-            Some(of) if of.is_object() => format!("table of {}", several(&value_of(of, root))),
+            Some(of) if of.is_object() => match value_of(of, root) {
+                list if list.starts_with(char::is_numeric) => format!("table of {list} each"),
+                one => format!("table of {}", several(&one)),
+            },
             _ => "table".into(),
         },
         Some(other) => other.into(),
