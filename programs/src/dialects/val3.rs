@@ -154,7 +154,7 @@ fn program(text: &Text, kinds: &HashMap<&str, Kind>, uses: &mut Uses, scan: &mut
         if let Some((verb, count)) = MOTIONS.iter().find(|(verb, _)| *verb == call.name) {
             let tool = call.arguments.get(*count).map(|words| Name::new(key_of(words), words.clone()));
             for words in call.arguments.iter().take(*count) {
-                moved(line, verb, words, tool.as_ref(), kinds, uses, scan);
+                moved(&Motion { line, verb, words, tool: tool.as_ref() }, kinds, uses, scan);
             }
         } else if let ("setFrame", Some(frame)) = (call.name.as_str(), call.arguments.get(3)) {
             scan.settings.push(computed(line, Frame::Base, frame));
@@ -192,16 +192,17 @@ fn computed(line: usize, frame: Frame, words: &str) -> Setting {
     Setting { line, frame, name: Name::new(key_of(words), words), stands: Stands::Computed }
 }
 
-/// A motion to a position, by its name, or to what is not written out.
-fn moved(
+/// A motion to one position.
+struct Motion<'a> {
     line: usize,
-    verb: &str,
-    words: &str,
-    tool: Option<&Name>,
-    kinds: &HashMap<&str, Kind>,
-    uses: &mut Uses,
-    scan: &mut Scan,
-) {
+    verb: &'a str,
+    words: &'a str,
+    tool: Option<&'a Name>,
+}
+
+/// A motion to a position, by its name, or to what is not written out.
+fn moved(motion: &Motion<'_>, kinds: &HashMap<&str, Kind>, uses: &mut Uses, scan: &mut Scan) {
+    let Motion { line, verb, words, tool } = *motion;
     let what: String = format!("{verb} {words}").chars().take(60).collect();
     let is_known = |name: &str| matches!(kinds.get(root_of(name)), Some(Kind::Point | Kind::Joints));
     let offset = OFFSETS.iter().find_map(|function| words.strip_prefix(*function)?.trim_start().strip_prefix('('));

@@ -120,7 +120,7 @@ fn axes_away(text: &Text) -> HashMap<String, String> {
         let name = short_name(name.trim(), &["BC", "EC", "BP", "EX"])?;
         let sign = at.start + text.bytes()[at.clone()].iter().position(|b| *b == b'=')?;
         let stands = text.numbers(sign + 1..at.end).is_some_and(|values| values.iter().all(|n| n.value == 0.0));
-        (!stands).then(|| (name, capitals))
+        (!stands).then_some((name, capitals))
     };
     text.lines().filter_map(of).collect()
 }
