@@ -10,7 +10,7 @@ use crate::programs_are_as_controllers_write_them::rewrite;
 
 /// Points of the path.
 const POINTS: usize = 2000;
-/// Promised: largest step of the compensation where the path has none, um.
+/// Promised: largest step of the compensation where the path has none, um; a tenth of it is asked for.
 const STEP_UM: f64 = 10.0;
 
 fn given() -> Permissions {

@@ -613,7 +613,7 @@ fn broken_programs_are_no_panic() {
     let ([x, y, z], [a, b, c]) = angles(&pose);
     let v = UnitQuaternion::from_rotation_matrix(&pose.rotation);
     let target = format!("[[{x},{y},{z}],[{},{},{},{}],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]", v.w, v.i, v.j, v.k);
-    let programs: [(Dialect, String); 4] = [
+    let programs: [(Dialect, String); 6] = [
         (
             Dialect::Krl,
             format!(
@@ -636,6 +636,21 @@ fn broken_programs_are_no_panic() {
             format!(
                 "/MN\n 1:L P[1] 10mm/sec FINE Offset,PR[2] ;\n/POS\nP[1]{{\n GP1:\n UF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n \
                  X = {x} mm, Y = {y} mm, Z = {z} mm, W = {c} deg, P = {b} deg, R = {a} deg\n}};\n/END\n"
+            ),
+        ),
+        (
+            Dialect::Yaskawa,
+            format!(
+                "/JOB\n//POS\n///TOOL 1\n///POSTYPE BASE\n///RECTAN\n///RCONF 0,0,0,0,0,0\nC00000={x},{y},{z},{c},{b},{a}\n\
+                 ///RCONF x\nC00001={x},{y},{z},{c},{b},{a}\nBC00001=0\n//INST\nMOVL C00001 BC00001 V=1\nSETE P001 (3) D0\nMFRAME UF#(2) C0\n"
+            ),
+        ),
+        (
+            Dialect::Val3,
+            format!(
+                "<Datas><!-- c --><Data name=\"p\" type=\"pointRx\"><Value key=\"0\" x=\"400\" z=\"500\" ry=\"90\" elbow=\"esame\" fatherId=\"f[0]\"/>\n\
+                 </Data><Data name=\"f\" type=\"frame\"><Value key=\"0\" x=\"{}\" fatherId=\"f[1]\"/><Value key=\"1\" fatherId=\"world[0]\"/></Data>",
+                0.0
             ),
         ),
     ];
