@@ -648,7 +648,7 @@ fn broken_programs_are_no_panic() {
         (
             Dialect::Val3,
             format!(
-                "<Datas><!-- c --><Data name=\"p\" type=\"pointRx\"><Value key=\"0\" x=\"400\" z=\"500\" ry=\"90\" elbow=\"esame\" fatherId=\"f[0]\"/>\n\
+                "<Datas><!-- c --><Data name=\"j\" type=\"jointRx\"><Value key=\"0\" j2=\"-90\" j3=\"90\" j5=\"20\"/></Data><Data name=\"p\" type=\"pointRx\"><Value key=\"0\" x=\"400\" z=\"500\" ry=\"90\" elbow=\"esame\"/>\n\
                  </Data><Data name=\"f\" type=\"frame\"><Value key=\"0\" x=\"{}\" fatherId=\"f[1]\"/><Value key=\"1\" fatherId=\"world[0]\"/></Data>",
                 0.0
             ),
