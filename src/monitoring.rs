@@ -35,4 +35,5 @@
 
 pub mod check;
 pub mod history;
+pub mod recovery;
 pub mod runs;

@@ -67,6 +67,11 @@ impl ScaledCholesky {
         b.component_mul_assign(&self.scale);
     }
 
+    /// Natural logarithm of the determinant of A, where no ridge was added.
+    pub fn log_determinant(&self) -> f64 {
+        self.factor.log_determinant() - 2.0 * self.scale.iter().map(|s| s.ln()).sum::<f64>()
+    }
+
     /// `L^-1 S b`, for `b` of m rows.
     pub fn half(&self, mut b: DMatrix<f64>) -> DMatrix<f64> {
         self.scale_rows(&mut b);
