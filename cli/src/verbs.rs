@@ -25,6 +25,7 @@ mod overwritten;
 mod plan;
 mod precision;
 mod prove;
+mod recover;
 mod repeatability;
 mod report;
 mod robots;

@@ -16,6 +16,7 @@ mod judged;
 mod ladder;
 mod misfit;
 mod next;
+mod recovery;
 mod run;
 mod runs;
 mod scatter;
@@ -56,6 +57,9 @@ pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, Tried
 pub use self::misfit::{Correction, Misfit, MisfitFormat, MisfitResidual, Slip};
 pub use self::next::{
     Action, Detectability, DetectabilityFormat, EffectDetectability, Next, NextFormat, NotOffered, PlannedStep, Rival,
+};
+pub use self::recovery::{
+    RecoveredTool, RecoveredZero, Recovery, RecoveryEntry, RecoveryFormat, RecoveryRival,
 };
 pub use self::run::{
     BeforeCalibration, CompensationErrors, Expectations, ExpectedCheck, HiddenEffect, HiddenParameter, Named, PaperErrors, Run,

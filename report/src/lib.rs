@@ -27,6 +27,7 @@ mod page;
 mod plausible;
 mod printout;
 mod recommended;
+mod recovery;
 mod runs;
 mod scatter;
 mod shifts;
@@ -69,6 +70,7 @@ pub use page::{
 pub use plausible::Plausible;
 pub use printout::{Block, Printout, Sentence};
 pub use recommended::Recommended;
+pub use recovery::recovery_text;
 pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;
 pub use tables::{

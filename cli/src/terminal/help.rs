@@ -15,7 +15,7 @@ const STAGES: [(&str, &[&str]); 5] = [
 const MORE: &str = "More";
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 36] = [
+const EXAMPLES: [(&str, &[&str]); 37] = [
     (
         "calibrate",
         &["calibrate measurements.csv --robot ur5 --noise 20um --tolerance 0.2mm -o ur5", "calibrate runs/paper/trical -o kr6"],
@@ -63,6 +63,13 @@ const EXAMPLES: [(&str, &[&str]); 36] = [
         &[
             "keep check calibration.toml --then runs/campaign --sentinels 5",
             "keep check calibration.toml runs/monday --then runs/campaign",
+        ],
+    ),
+    (
+        "keep recover",
+        &[
+            "keep recover calibration.toml runs/campaign --plan 12 -o touches.toml",
+            "keep recover calibration.toml runs/touches --controller kuka --present 4=0 -o recovered",
         ],
     ),
     (

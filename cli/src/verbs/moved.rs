@@ -1,4 +1,4 @@
-//! First words that are no verbs: names that verbs had once, each refused with the one that it has now, and tables.
+//! First words that are no verbs: names that verbs had once or might have, each refused with the one that it has, and tables.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use clap::Error;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Old names, and where the verbs are.
-const MOVED: [(&str, &str); 13] = [
+const MOVED: [(&str, &str); 14] = [
     ("check", "keep check"),
     ("design", "sim design"),
     ("fleet", "keep fleet"),
@@ -15,6 +15,7 @@ const MOVED: [(&str, &str); 13] = [
     ("next", "plan next"),
     ("precision", "sim precision"),
     ("prove", "effects prove"),
+    ("recover", "keep recover"),
     ("repeatability", "cell repeatability"),
     ("runs", "keep runs"),
     ("serve", "sim serve"),

@@ -4,7 +4,7 @@ use schemars::{Schema, schema_for};
 
 use super::{
     Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Judged, Ladder, Misfit, Next,
-    Run, Runs, Step, Validated,
+    Recovery, Run, Runs, Step, Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.
@@ -23,6 +23,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-ladder", schema_for!(Ladder)),
         ("calibench-misfit", schema_for!(Misfit)),
         ("calibench-next", schema_for!(Next)),
+        ("calibench-recovery", schema_for!(Recovery)),
         ("calibench-run", schema_for!(Run)),
         ("calibench-runs", schema_for!(Runs)),
         ("calibench-step", schema_for!(Step)),

@@ -1,0 +1,155 @@
+//! `calibench-recovery/1`, printed by `keep recover`.
+
+use calibench::monitoring::recovery::mastering::MasteringEntry;
+use calibench::monitoring::recovery::{self, FALSE_ALARM};
+use calibench::units::{DEG, MM};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{finite, format_tag};
+use crate::recovery::{COVERS_95, moved_words, recovery_to_do, verdict_name};
+
+format_tag!(RecoveryFormat, "calibench-recovery/1");
+
+/// What a crash moved, and what to enter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Recovery {
+    /// `calibench-recovery/1`.
+    pub format: RecoveryFormat,
+    /// `nothing_moved`, `moved`, `bent_link` (do not re-master) or `unexplained`.
+    pub verdict: String,
+    /// What moved, in words.
+    pub words: String,
+    /// What to do.
+    #[serde(rename = "do")]
+    pub to_do: String,
+    /// Share of the probability of all changes that this combination has.
+    pub probability: f64,
+    /// Average likelihood ratio of all changes to none; something is reported from one over `false_alarm`.
+    pub ratio: f64,
+    /// Probability of a report where nothing moved.
+    pub false_alarm: f64,
+    /// The zeros that changed.
+    pub zeros: Vec<RecoveredZero>,
+    /// Change of the TCP in the last frame; null if it did not move.
+    pub tool: Option<RecoveredTool>,
+    /// The joint behind which the link is bent, counted from 1; null if none is.
+    pub bent_behind_joint: Option<usize>,
+    /// True if the base, the artifact or the instrument moved.
+    pub base_moved: bool,
+    /// Other combinations that these touches allow.
+    pub rivals: Vec<RecoveryRival>,
+    /// Joints, counted from 1, whose zeros these touches do not show.
+    pub unseen_joints: Vec<usize>,
+    /// Number of touches.
+    pub touches: usize,
+    /// Residual of the touches under what was known before, 3-D rms, mm.
+    pub before_mm: f64,
+    /// The same with what moved, mm.
+    pub residual_mm: f64,
+}
+
+/// A zero that changed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecoveredZero {
+    /// The joint, counted from 1.
+    pub joint: usize,
+    /// To be added to the angle that the controller shows, deg; mm of a sliding joint.
+    pub change: f64,
+    /// Half of its 95 % interval.
+    pub within_95: f64,
+    /// `deg` or `mm`.
+    pub unit: String,
+    /// What to enter; null without a controller.
+    pub enter: Option<RecoveryEntry>,
+}
+
+/// What to enter for a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecoveryEntry {
+    /// The name in the controller.
+    pub name: String,
+    /// The new value, or what is to be added to the present one.
+    pub value: f64,
+    /// Half of its 95 % interval.
+    pub within_95: f64,
+    /// Its unit.
+    pub unit: String,
+    /// True if `value` is the new value.
+    pub is_new_value: bool,
+    /// What the controller shows where the joint truly stands at zero, deg.
+    pub shown_at_zero_deg: f64,
+}
+
+/// Change of the TCP.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecoveredTool {
+    /// x, y, z in the last frame, mm.
+    pub change_mm: [f64; 3],
+    /// Half of their 95 % intervals, mm.
+    pub within_95_mm: [f64; 3],
+}
+
+/// Another combination.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RecoveryRival {
+    /// In words.
+    pub words: String,
+    /// Its share of the probability of all changes.
+    pub probability: f64,
+    /// Joints of a further touch that would tell it from what is reported, deg or mm; null if none does.
+    pub touch: Option<Vec<f64>>,
+}
+
+impl Recovery {
+    /// From a result, with what to enter for each zero, in their order, if the controller is known.
+    #[must_use]
+    pub fn of(found: &recovery::Recovery, entries: &[Option<MasteringEntry>]) -> Self {
+        let robot = &found.now.robot;
+        let zero = |(k, z): (usize, &recovery::ZeroChange)| {
+            let is_turn = robot.kind(z.joint - 1) == calibench::robot::JointKind::Revolute;
+            let size = if is_turn { DEG } else { MM };
+            RecoveredZero {
+                joint: z.joint,
+                change: z.change / size,
+                within_95: COVERS_95 * z.sigma / size,
+                unit: if is_turn { "deg" } else { "mm" }.into(),
+                enter: entries.get(k).copied().flatten().map(|e| RecoveryEntry {
+                    name: e.quantity.name(e.joint),
+                    value: e.value,
+                    within_95: COVERS_95 * e.sigma,
+                    unit: e.quantity.unit().into(),
+                    is_new_value: e.is_new_value,
+                    shown_at_zero_deg: e.shown_at_zero,
+                }),
+            }
+        };
+        let rival = |r: &recovery::RivalCombination| RecoveryRival {
+            words: moved_words(&r.moved),
+            probability: r.probability,
+            touch: r.posture.as_ref().map(|q| robot.in_columns(q)),
+        };
+        let ratio = if found.ratio.is_finite() { found.ratio } else { f64::MAX };
+        Recovery {
+            format: RecoveryFormat::Current,
+            verdict: verdict_name(found.verdict).into(),
+            words: moved_words(&found.moved),
+            to_do: recovery_to_do(found).into(),
+            probability: found.probability,
+            ratio,
+            false_alarm: FALSE_ALARM,
+            zeros: found.zeros.iter().enumerate().map(zero).collect(),
+            tool: found.tool.map(|tool| RecoveredTool {
+                change_mm: tool.map(|c| c.change / MM),
+                within_95_mm: tool.map(|c| COVERS_95 * c.sigma / MM),
+            }),
+            bent_behind_joint: found.moved.bent,
+            base_moved: found.moved.base,
+            rivals: found.rivals.iter().map(rival).collect(),
+            unseen_joints: found.unseen(),
+            touches: found.touches,
+            before_mm: finite(found.before / MM).unwrap_or(0.0),
+            residual_mm: finite(found.after / MM).unwrap_or(0.0),
+        }
+    }
+}
