@@ -58,9 +58,7 @@ pub use self::misfit::{Correction, Misfit, MisfitFormat, MisfitResidual, Slip};
 pub use self::next::{
     Action, Detectability, DetectabilityFormat, EffectDetectability, Next, NextFormat, NotOffered, PlannedStep, Rival,
 };
-pub use self::recovery::{
-    RecoveredTool, RecoveredZero, Recovery, RecoveryEntry, RecoveryFormat, RecoveryRival,
-};
+pub use self::recovery::{RecoveredTool, RecoveredZero, Recovery, RecoveryEntry, RecoveryFormat, RecoveryRival};
 pub use self::run::{
     BeforeCalibration, CompensationErrors, Expectations, ExpectedCheck, HiddenEffect, HiddenParameter, Named, PaperErrors, Run,
     RunFormat, RunMethod, ScoredParameter,

@@ -97,14 +97,11 @@ pub fn recovery_text(found: &Recovery, entries: &[Option<MasteringEntry>]) -> Pr
     }
     for rival in found.rivals.iter().take(MOST_RIVALS) {
         let robot = &found.now.robot;
-        let touch = rival.posture.as_ref().map_or_else(
-            || "no touch within reach tells it".to_owned(),
-            |q| {
-                let q: Vec<String> = robot.in_columns(q).iter().map(|v| format!("{v:.0}")).collect();
-                format!("a touch near {} tells", q.join(" "))
-            },
-        );
-        out.push(format!("Otherwise ({:.0} %): {}; {touch}.\n", 100.0 * rival.probability, moved_words(&rival.moved)));
+        let touch = rival.posture.as_ref().map_or_else(String::new, |q| {
+            let q: Vec<String> = robot.in_columns(q).iter().map(|v| format!("{v:.0}")).collect();
+            format!("; a touch near {} tells", q.join(" "))
+        });
+        out.push(format!("Otherwise ({:.0} %): {}{touch}.\n", 100.0 * rival.probability, moved_words(&rival.moved)));
     }
     let unseen: Vec<String> = found.unseen().iter().map(ToString::to_string).collect();
     if !unseen.is_empty() {

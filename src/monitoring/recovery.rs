@@ -189,7 +189,8 @@ pub struct RivalCombination {
     pub moved: Moved,
     /// Its share of the probability of all changes.
     pub probability: f64,
-    /// The posture, rad, of the reachable ones tried, whose touch would tell it best from what is reported; `None` if none does.
+    /// Of the first: the posture, rad, of the reachable ones tried, whose touch would tell it best from what is reported; `None`
+    /// if none does.
     pub posture: Option<Vec<f64>>,
 }
 
@@ -268,10 +269,15 @@ pub fn recover(earlier: Earlier<'_>, touches: NamedDataset<'_>, instrument_moved
     }
     let scene = Scene::new(&earlier, touches, instrument_moved)?;
     let search = scene.search()?;
-    Ok(concluded(&scene, &search, &earlier, touches))
+    concluded(&scene, &search, &earlier, touches)
 }
 
-fn concluded(scene: &Scene, search: &Search, earlier: &Earlier<'_>, touches: NamedDataset<'_>) -> Recovery {
+fn concluded(
+    scene: &Scene,
+    search: &Search,
+    earlier: &Earlier<'_>,
+    touches: NamedDataset<'_>,
+) -> Result<Recovery, RecoveryError> {
     let Search { nothing, found, .. } = search;
     let of_nothing = nothing.weighed.ln - scene.ln_share(&Moved::default());
     let top = found.first().map_or(f64::NEG_INFINITY, |s| s.weighed.ln);
@@ -288,23 +294,24 @@ fn concluded(scene: &Scene, search: &Search, earlier: &Earlier<'_>, touches: Nam
         () if moved.bent.is_some() => Verdict::BentLink,
         () => Verdict::Moved,
     };
-    let rival = |s: &Solution| RivalCombination {
+    // The next touch tells the first rival; what is left after it is seen then.
+    let rival = |(k, s): (usize, &Solution)| RivalCombination {
         moved: s.weighed.moved.clone(),
         probability: share(s),
-        posture: touches::telling(scene, touches, best, s),
+        posture: if k == 0 { touches::telling(scene, touches, best, s) } else { None },
     };
-    let rivals = found.iter().skip(1).filter(|s| something && share(s) >= RIVAL).map(rival).collect();
+    let rivals = found.iter().skip(1).filter(|s| something && share(s) >= RIVAL).enumerate().map(rival).collect();
     let average = result::Average::new(scene, found, best);
     let residuals = |s: &Solution| rms(&scene.problem.residuals(s.values.as_slice()));
     let (now, mastered) = result::calibrations(scene, earlier, touches, best);
-    Recovery {
+    Ok(Recovery {
         verdict,
         probability: if something { share(best) } else { 1.0 },
         zeros: average.zeros(),
         tool: average.tool(),
         ratio: ln_ratio.min(600.0).exp(),
         rivals,
-        shown: result::shown(scene, search),
+        shown: result::shown(scene, search)?,
         touches: touches.dataset.samples.len(),
         before: rms(&scene.problem.residuals(scene.mean.as_slice())),
         after: residuals(best),
@@ -312,5 +319,5 @@ fn concluded(scene: &Scene, search: &Search, earlier: &Earlier<'_>, touches: Nam
         now,
         mastered,
         moved,
-    }
+    })
 }

@@ -4,16 +4,13 @@
 //! knows, their encoders lose some seconds of arc, and they have grown since the campaign.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, read_calibration, write_calibration};
 use calibench::identify::{Model, identify_without_indices};
-use calibench::measure::dataset::file::{read_dataset, write_dataset};
 use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
-use calibench::monitoring::recovery::{
-    Earlier, FALSE_ALARM, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover,
-};
+use calibench::monitoring::recovery::{Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover};
 use calibench::robot::kinematics::{Posture, world_from_tool};
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
@@ -171,15 +168,11 @@ fn cell(robot: &Arc<Robot>, name: &str, way: Way) -> Dataset {
     }
 }
 
+/// The ball and the posture near which a touch is made, by its number.
+type Near<'a> = dyn FnMut(usize, &mut ChaCha8Rng) -> (usize, Vec<f64>) + 'a;
+
 /// Touches of a plant, each near a posture.
-fn touched(
-    plant: &Plant,
-    cell: &Dataset,
-    way: Way,
-    near: &mut dyn FnMut(usize, &mut ChaCha8Rng) -> (usize, Vec<f64>),
-    count: usize,
-    random: &mut ChaCha8Rng,
-) -> Dataset {
+fn touched(plant: &Plant, cell: &Dataset, way: Way, near: &mut Near<'_>, count: usize, random: &mut ChaCha8Rng) -> Dataset {
     let mut samples = Vec::new();
     let truth: Vec<Vector3<f64>> =
         cell.balls.iter().map(|b| b.position + Vector3::from_fn(|_, _| 0.3 * b.sigma * normal(random))).collect();
@@ -400,12 +393,107 @@ fn study(way: Way, crashes: u64, healthy: u64, from: u64) -> Shares {
 
 #[test]
 fn by_the_gauge() {
-    let shares = study(Way::Gauge, 40, 40, 100);
-    println!("{shares:?}");
+    let shares = study(Way::Gauge, 24, 24, 100);
+    assert!(shares.zeros >= 0.9 && shares.programs >= 0.9 && shares.alarms <= 0.05, "{shares:?}");
 }
 
 #[test]
 fn by_a_pin() {
-    let shares = study(Way::Pin, 40, 40, 100);
-    println!("{shares:?}");
+    let shares = study(Way::Pin, 24, 24, 100);
+    assert!(shares.zeros >= 0.5 && shares.alarms <= 0.05, "{shares:?}");
+}
+
+/// The study behind both: five hundred crashes and five hundred healthy robots of each.
+#[test]
+#[ignore = "a study: validation/run a_crash_is_recovered"]
+fn in_a_thousand_crashes() {
+    let count = std::env::var("CALIBENCH_CRASHES").ok().and_then(|text| text.parse().ok()).unwrap_or(500);
+    for (way, zeros) in [(Way::Gauge, 0.95), (Way::Pin, 0.6)] {
+        let shares = study(way, count, count, 7000);
+        println!("{way:?}: {shares:?}");
+        assert!(shares.zeros >= zeros && shares.alarms <= 0.01, "{way:?}: {shares:?}");
+    }
+}
+
+/// Touches of a robot of which only the nominal model is known, and one zero that is lost.
+fn unknown_robot(name: &str, joint: usize, slip: f64, way: Option<Way>) -> Recovery {
+    let random = &mut ChaCha8Rng::seed_from_u64(5);
+    let robot = Arc::new(built_in(name).unwrap());
+    let mut plant = Plant::new(&robot, random);
+    plant.crash(&Crash { zeros: vec![(joint, slip)], tool: None, bent: None });
+    let mut near = |_: usize, random: &mut ChaCha8Rng| {
+        let q = robot.links.iter().map(|l| random.random_range(l.limits[0].max(-2.2)..l.limits[1].min(2.2))).collect();
+        (0, q)
+    };
+    let cell = Dataset { tool_free: true, ..cell(&robot, name, Way::Pin) };
+    let data = match way {
+        Some(way) => {
+            let mut data = touched(&plant, &cell, way, &mut near, 24, random);
+            data.balls[0].free = true;
+            data
+        }
+        None => {
+            let sample = |k: usize| {
+                let (_, q) = near(k, random);
+                let seen = plant.at(&q) + Vector3::from_fn(|_, _| 30.0 * UM * normal(random));
+                Sample::new(format!("s{k}"), q, Measured::Point(seen))
+            };
+            let noise = Noise { point: Some(30.0 * UM), ..Noise::default() };
+            Dataset { samples: (0..40).map(sample).collect(), balls: Vec::new(), noise, ..cell }
+        }
+    };
+    recover(Earlier::Nominal, NamedDataset::new("touches", &data), false).unwrap()
+}
+
+#[test]
+fn of_a_robot_that_nobody_calibrated_a_zero_of_a_degree_is_named() {
+    for (name, joint, slip, way) in [("kr6_r700", 4, 1.4, Some(Way::Pin)), ("ur10", 3, 1.5, None), ("kr6_r700", 3, -1.5, None)]
+    {
+        let found = unknown_robot(name, joint, slip * DEG, way);
+        assert_eq!((found.verdict, found.moved.zeros.as_slice()), (Verdict::Moved, [joint].as_slice()), "{name}");
+        // Zeros of arms scatter by 0.05 deg.
+        let zero = found.zeros[0];
+        assert!((zero.change - slip * DEG).abs() < 3.0 * zero.sigma && zero.sigma < 0.1 * DEG, "{name}: {zero:?}");
+        // Neither base nor tool is known: the ends of the arm are not seen.
+        assert!(found.unseen().contains(&1), "{name}: {:?}", found.unseen());
+    }
+}
+
+#[test]
+fn calibrations_survive_the_disk_and_the_mastered_robot_is_well() {
+    let random = &mut ChaCha8Rng::seed_from_u64(2);
+    let arm = arm(0, random);
+    let mut plant = arm.plant.clone();
+    plant.crash(&Crash { zeros: vec![(2, 0.4 * DEG)], tool: None, bent: None });
+    let crashed = touches(&arm, &plant, Way::Gauge, 0, random);
+    let recovery = found(&arm, &crashed);
+    assert_eq!((recovery.verdict, recovery.moved.zeros.as_slice()), (Verdict::Moved, [2].as_slice()));
+    let folder = tempfile::tempdir().unwrap();
+    let read = |calibration: &Calibration| {
+        let path = folder.path().join("c.toml");
+        write_calibration(calibration, &path).unwrap();
+        read_calibration(&path, Registry::catalogue()).unwrap()
+    };
+    let theta = |c: &Calibration| c.estimate("theta2").unwrap().value;
+    let (now, mastered) = (read(&recovery.now), read(&recovery.mastered));
+    assert!((theta(&now) - theta(&mastered) - recovery.zeros[0].change).abs() < 1e-9);
+    let healthy = touches(&arm, &arm.plant, Way::Gauge, 0, random);
+    let three = Dataset { samples: healthy.samples[..3].to_vec(), ..healthy };
+    let judge = |c: &Calibration| recover(Earlier::Campaign(c), NamedDataset::new("campaign", &three), false).unwrap();
+    assert_eq!(judge(&mastered).verdict, Verdict::NothingMoved);
+    assert_ne!(judge(&now).verdict, Verdict::NothingMoved);
+}
+
+#[test]
+fn too_few_touches_and_those_of_another_robot_are_refused() {
+    let random = &mut ChaCha8Rng::seed_from_u64(3);
+    let arm = arm(0, random);
+    let data = touches(&arm, &arm.plant, Way::Gauge, 0, random);
+    let judged = |data: &Dataset| recover(Earlier::Campaign(&arm.calibration), NamedDataset::new("campaign", data), false);
+    let two = Dataset { samples: data.samples[..2].to_vec(), ..data.clone() };
+    assert!(matches!(judged(&two), Err(RecoveryError::TooFew { touches: 2 })));
+    let other = Dataset { robot: Arc::new(built_in("ur5").unwrap()), ..data.clone() };
+    assert!(matches!(judged(&other), Err(RecoveryError::OtherRobot { .. })));
+    let silent = Dataset { noise: Noise::default(), ..data };
+    assert!(matches!(judged(&silent), Err(RecoveryError::NoNoise)));
 }

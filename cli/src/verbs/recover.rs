@@ -9,9 +9,7 @@ use calibench::identify::fleet::{Fleet, read_fleet};
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
 use calibench::monitoring::recovery::mastering::{Controller, Drive, MasteringEntry};
-use calibench::monitoring::recovery::{
-    Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover,
-};
+use calibench::monitoring::recovery::{Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover};
 use calibench::robot::robot_file::robot;
 use calibench::robot::{JointKind, Robot};
 use calibench_report::{documents, recovery_text};

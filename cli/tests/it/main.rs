@@ -3,6 +3,7 @@
 
 mod a_campaign_measures_no_more_than_it_needs;
 mod a_check_goes_from_plan_to_history;
+mod a_crash_goes_from_touches_to_values;
 mod a_designed_artifact_keeps_its_promise;
 mod a_diagnosis_says_what_to_do;
 mod a_history_loses_no_check;

@@ -3,13 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::scene::Scene;
-use super::search::{Change, Search, Solution};
-use super::{Changed, Earlier, Moved, WorstTouch, ZeroChange};
+use super::scene::{Movable, Scene};
+use super::search::{Change, Search, Solution, not_finite};
+use super::{Changed, Earlier, Moved, RecoveryError, WorstTouch, ZeroChange};
 use crate::identify::calibration::{Calibration, Estimate, MeasuredSetup};
 use crate::identify::fit::Outcome;
-use crate::identify::problem::{Parameter, Prior};
+use crate::identify::problem::{Parameter, Prior, Setup};
 use crate::identify::{FittedRows, Model};
+use crate::math::positive_definite::ScaledCholesky;
 use crate::math::{Observability, rms};
 use crate::measure::dataset::NamedDataset;
 
@@ -63,9 +64,9 @@ impl<'a> Average<'a> {
 }
 
 /// Standard uncertainty with which the touches show the zero of each joint alone, near the broad solution.
-pub(super) fn shown(scene: &Scene, search: &Search) -> Vec<f64> {
+pub(super) fn shown(scene: &Scene, search: &Search) -> Result<Vec<f64>, RecoveryError> {
     let near = scene.near(&search.broad.values);
-    let one = |zero: &super::scene::Movable| {
+    let one = |zero: &Movable| -> Result<f64, RecoveryError> {
         let mut covariance = scene.covariance.clone();
         for open in scene.tool.iter().chain(&scene.base) {
             covariance[(open.parameter, open.parameter)] += open.sigma.powi(2);
@@ -73,8 +74,9 @@ pub(super) fn shown(scene: &Scene, search: &Search) -> Vec<f64> {
         let mut noise = &near.jacobian * covariance * near.jacobian.transpose();
         (0..noise.nrows()).for_each(|k| noise[(k, k)] += 1.0);
         let column = near.jacobian.column(zero.parameter).into_owned();
-        let information = noise.cholesky().map_or(0.0, |root| column.dot(&root.solve(&column)));
-        if information > 0.0 { information.sqrt().recip() } else { f64::INFINITY }
+        let column = DMatrix::from_column_slice(column.len(), 1, column.as_slice());
+        let information = ScaledCholesky::of(&noise).map_err(not_finite)?.half(column).norm_squared();
+        Ok(if information > 0.0 { information.sqrt().recip() } else { f64::INFINITY })
     };
     scene.zeros.iter().map(one).collect()
 }
@@ -119,7 +121,8 @@ fn calibration(
 ) -> Calibration {
     let parameters = scene.problem.parameters();
     let variance = |p: usize| best.covariance[(p, p)];
-    let known: Vec<usize> = (0..parameters.len()).filter(|&p| variance(p) > 0.0 && !parameters[p].defines_world).collect();
+    let changed = |p: usize| scene.is_estimated[p] || best.changes.iter().any(|c| c.parameter == p);
+    let known: Vec<usize> = (0..parameters.len()).filter(|&p| changed(p) && variance(p) > 0.0).collect();
     let scale = scene.scale(best.squares);
     let estimate = |p: usize| {
         let parameter: &Parameter = &parameters[p];
@@ -145,7 +148,7 @@ fn calibration(
         if r == c { 1.0 } else { (both / (variance(p) * variance(q)).sqrt()).clamp(-1.0, 1.0) }
     });
     let NamedDataset { dataset, .. } = touches;
-    let setup = |s: &crate::identify::problem::Setup| MeasuredSetup {
+    let setup = |s: &Setup| MeasuredSetup {
         label: s.label.clone(),
         dataset: s.dataset.clone(),
         session: s.session.clone(),

@@ -20,6 +20,9 @@ const ANYWHERE: [f64; 2] = [300.0 * MM, 0.3];
 /// (docs/validation-studies.md).
 const NEVER_MEASURED: f64 = 0.05 * MM;
 
+/// One-sigma of the growth of the whole arm since the campaign: two or three kelvin of steel, as a share.
+const GROWTH: f64 = 30e-6;
+
 /// One-sigma of a zero that was lost, rad: a tooth of a belt is some degrees, a slipped clamp tenths.
 const ZERO: f64 = 3.0 * DEG;
 
@@ -60,6 +63,8 @@ pub(super) struct Scene {
     pub links: Vec<Vec<Movable>>,
     /// Number of parameters of which nothing was known.
     pub open: usize,
+    /// True of each parameter that was known to some uncertainty: it is part of a calibration.
+    pub is_estimated: Vec<bool>,
     /// Factor of the whitened residuals: what the model lacks beside the stated noise.
     factors: Vec<f64>,
 }
@@ -95,11 +100,14 @@ impl Scene {
             base: Vec::new(),
             links: Vec::new(),
             open: 0,
+            is_estimated: Vec::new(),
             factors: Vec::new(),
             problem,
             model,
         };
         scene.remember(earlier, touches, instrument_moved);
+        scene.is_estimated = scene.covariance.diagonal().iter().map(|v| *v > 0.0).collect();
+        scene.warm();
         scene.find_movable();
         scene.weigh(earlier);
         Ok(scene)
@@ -165,6 +173,16 @@ impl Scene {
                 self.covariance[(p, q)] = calibration.correlation[(e, f)] * one * other;
             }
         }
+    }
+
+    /// The arm is as warm as it happens to be: all its lengths have grown in proportion.
+    fn warm(&mut self) {
+        let of = |p: &Parameter| {
+            let is_length = p.effect == EffectId::MDH && p.spec.unit == Unit::MM;
+            if is_length { GROWTH * p.spec.nominal } else { 0.0 }
+        };
+        let grown = DVector::from_iterator(self.mean.len(), self.problem.parameters().iter().map(of));
+        self.covariance += &grown * grown.transpose();
     }
 
     fn find_movable(&mut self) {

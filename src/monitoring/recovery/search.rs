@@ -36,8 +36,10 @@ const LINK_BENT: f64 = 0.1;
 /// Combinations that are looked at about their own solution.
 const LOOKED_AT: usize = 16;
 
-/// Most steps to a solution, and the step, in its own uncertainties, that ends it: far less than what a result is rounded to.
+/// Most steps to a solution: five are usual from zeros of degrees.
 const STEPS: usize = 25;
+
+/// The step, in its own uncertainties, that ends a search: far less than what a result is rounded to.
 const STEP_ENDS: f64 = 1e-3;
 
 /// Steps beyond which values are no postures any more, rad or m.
@@ -208,10 +210,9 @@ impl Scene {
                 let [(p, s), (q, t)] = [columns[r], columns[c]];
                 f64::from(u8::from(r == c)) + s * t * gram[(p, q)]
             });
-            let root = grown.clone().cholesky().ok_or_else(|| not_finite(LinalgError::Singular { size }))?;
-            let ln_determinant = 2.0 * root.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-            let of = DVector::from_iterator(size, columns.iter().map(|&(p, s)| s * along[(p, 0)]));
-            let squares = squares - of.dot(&root.solve(&of));
+            let root = ScaledCholesky::of(&grown).map_err(not_finite)?;
+            let of = DMatrix::from_fn(size, 1, |k, _| columns[k].1 * along[(columns[k].0, 0)]);
+            let (ln_determinant, squares) = (root.log_determinant(), squares - root.half(of).norm_squared());
             let ln = self.ln_share(&moved) + self.ln_likelihood(ln_determinant, squares.max(0.0));
             Ok(Weighed { moved, ln })
         };
@@ -283,6 +284,6 @@ fn spread(jacobian: &DMatrix<f64>, covariance: &DMatrix<f64>) -> DMatrix<f64> {
     noise
 }
 
-fn not_finite(error: LinalgError) -> RecoveryError {
+pub(super) fn not_finite(error: LinalgError) -> RecoveryError {
     RecoveryError::Identify(IdentifyError::Fit(FitError::from(error)))
 }

@@ -2,14 +2,16 @@
 
 use nalgebra::{DMatrix, DVector, Unit, Vector3};
 
-use super::scene::Scene;
-use super::search::Solution;
+use super::scene::{Movable, Scene};
+use super::search::{Solution, not_finite};
 use super::{Earlier, RecoveryError};
-use crate::identify::problem::Parameter;
-use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
+use crate::identify::problem::{Parameter, Problem, Use};
+use crate::math::positive_definite::ScaledCholesky;
+use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
 use crate::measure::poses::free_poses::{FreePosesRequest, free_poses};
 use crate::measure::poses::pool::{PoolError, PoolRequest, ProbedBall, feasible_pool};
 use crate::planning::pool::CellLayout;
+use crate::robot::kinematics::world_from_tool;
 
 /// Postures from which touches are chosen: twice as many lower the worst uncertainty by a few per cent.
 const CANDIDATES: usize = 240;
@@ -20,8 +22,11 @@ const TRIED: usize = 60;
 /// Displacement of a touch, in units of its noise, from which it tells two combinations apart.
 const TOLD_APART: f64 = 3.0;
 
-/// Wanted standard uncertainties: of a zero, rad, and of a coordinate of the TCP, m, which displace a TCP a metre away alike.
-const WANTED: [f64; 2] = [5e-5, 5e-5];
+/// Wanted standard uncertainty of a zero, rad: it displaces a TCP a metre away as far as that of the tool.
+const WANTED_ZERO: f64 = 5e-5;
+
+/// Wanted standard uncertainty of a coordinate of the TCP, m: half of what old programs are to be right to (docs/after-a-crash.md).
+const WANTED_TOOL: f64 = 5e-5;
 
 /// Direction in which a gauge leaves a ball, in the tool's axes.
 const RETREAT: [f64; 3] = [1.0, 1.0, 1.0];
@@ -54,12 +59,11 @@ pub fn plan_touches(
     let scene = Scene::new(&earlier, NamedDataset::new(cell.name, &data), instrument_moved)?;
     let near = scene.near(&scene.mean);
     let mut covariance = scene.covariance.clone();
-    let sought: Vec<(usize, f64)> = scene
-        .zeros
-        .iter()
-        .map(|m| (m.parameter, WANTED[1]))
-        .chain(scene.tool.iter().map(|m| (m.parameter, WANTED[0])))
-        .collect();
+    let sought: Vec<Movable> = {
+        let zero = |m: &Movable| Movable { sigma: WANTED_ZERO, ..*m };
+        let tool = |m: &Movable| Movable { sigma: WANTED_TOOL, ..*m };
+        scene.zeros.iter().map(zero).chain(scene.tool.iter().map(tool)).collect()
+    };
     for m in scene.zeros.iter().chain(&scene.tool) {
         covariance[(m.parameter, m.parameter)] += m.sigma.powi(2);
     }
@@ -69,31 +73,38 @@ pub fn plan_touches(
     });
     let mut chosen: Vec<usize> = Vec::with_capacity(count);
     while chosen.len() < count.min(pool.len()) {
-        let left = |k: usize| {
-            let (gain, root) = update(&rows[k], &covariance)?;
-            let half = root.l().solve_lower_triangular(&gain.transpose())?;
-            let worth = |&(p, wanted): &(usize, f64)| {
-                ((covariance[(p, p)] - half.column(p).norm_squared()) / (wanted * wanted)).max(1e-9).ln_1p()
+        let mut best: Option<(usize, f64, Update)> = None;
+        for k in (0..pool.len()).filter(|k| !chosen.contains(k)) {
+            let update = Update::of(&rows[k], &covariance)?;
+            let worth = |m: &Movable| {
+                let left = covariance[(m.parameter, m.parameter)] - update.half.column(m.parameter).norm_squared();
+                (left / (m.sigma * m.sigma)).max(0.0).ln_1p()
             };
-            Some((k, sought.iter().map(worth).sum::<f64>()))
-        };
-        let free = (0..pool.len()).filter(|k| !chosen.contains(k));
-        let Some((best, _)) = free.filter_map(left).min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-        if let Some((gain, root)) = update(&rows[best], &covariance) {
-            let taken = &gain * root.solve(&gain.transpose());
-            covariance -= taken;
+            let left: f64 = sought.iter().map(worth).sum();
+            if best.as_ref().is_none_or(|(_, least, _)| left < *least) {
+                best = Some((k, left, update));
+            }
         }
-        chosen.push(best);
+        let Some((k, _, update)) = best else { break };
+        covariance -= update.half.tr_mul(&update.half);
+        chosen.push(k);
     }
     Ok(chosen.into_iter().map(|k| pool[k].clone()).collect())
 }
 
-/// Covariance of the parameters with the rows of a touch, and the root of the covariance of these.
-fn update(rows: &DMatrix<f64>, covariance: &DMatrix<f64>) -> Option<(DMatrix<f64>, nalgebra::Cholesky<f64, nalgebra::Dyn>)> {
-    let gain = covariance * rows.transpose();
-    let mut seen = rows * &gain;
-    (0..seen.nrows()).for_each(|k| seen[(k, k)] += 1.0);
-    Some((gain, seen.cholesky()?))
+/// What a touch takes off the covariance of the parameters.
+struct Update {
+    /// Rows of the touch x parameters: its square is what is taken off.
+    half: DMatrix<f64>,
+}
+
+impl Update {
+    fn of(rows: &DMatrix<f64>, covariance: &DMatrix<f64>) -> Result<Self, RecoveryError> {
+        let gain = covariance * rows.transpose();
+        let mut seen = rows * &gain;
+        (0..seen.nrows()).for_each(|k| seen[(k, k)] += 1.0);
+        Ok(Update { half: ScaledCholesky::of(&seen).map_err(not_finite)?.half(gain.transpose()) })
+    }
 }
 
 /// Postures in which the touches of a dataset's cell can be made, spread at random.
@@ -105,7 +116,7 @@ fn candidates(cell: &Dataset, count: usize, seed: u64) -> Result<Vec<PlannedTouc
         let found = free_poses(&FreePosesRequest { robot, base, tool, surroundings, margins, facing, count, seed })?;
         return Ok(found.into_iter().map(|q| PlannedTouch { q, ball: None, approach: Vec::new() }).collect());
     }
-    let ball = |(b, outward): (&crate::measure::dataset::Ball, &Unit<Vector3<f64>>)| ProbedBall {
+    let ball = |(b, outward): (&Ball, &Unit<Vector3<f64>>)| ProbedBall {
         id: b.id.clone(),
         centre: b.position,
         outward: *outward,
@@ -134,7 +145,7 @@ fn as_samples(cell: &Dataset, touches: &[PlannedTouch]) -> Dataset {
         let measured = match touch.ball {
             Some(ball) => Measured::Ball { ball, reading: None },
             None => {
-                let there = crate::robot::kinematics::world_from_tool(&cell.robot, &cell.base, &cell.tool, &touch.q);
+                let there = world_from_tool(&cell.robot, &cell.base, &cell.tool, &touch.q);
                 Measured::Point(there.translation.vector)
             }
         };
@@ -158,12 +169,7 @@ pub(super) fn telling(scene: &Scene, touches: NamedDataset<'_>, one: &Solution, 
     let pool: Vec<PlannedTouch> =
         candidates(touches.dataset, TRIED, 1).ok()?.into_iter().filter(|t| t.ball.is_none_or(used)).collect();
     let data = as_samples(touches.dataset, &pool);
-    let there = crate::identify::problem::Problem::new(
-        &[NamedDataset::new(touches.name, &data)],
-        &scene.model,
-        crate::identify::problem::Use::All,
-    )
-    .ok()?;
+    let there = Problem::new(&[NamedDataset::new(touches.name, &data)], &scene.model, Use::All).ok()?;
     let values = |solution: &Solution| -> DVector<f64> {
         let of = |p: &Parameter| {
             let here = scene.problem.parameters().iter().position(|q| q.name == p.name);
