@@ -52,7 +52,7 @@ use crate::identify::problem::ProblemError;
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::pool::PoolError;
-pub use touches::{PlannedTouch, plan_touches};
+pub use touches::{PlannedTouch, choose_touches, plan_touches};
 
 /// Probability of a report that something moved where nothing did (Markov's inequality).
 pub const FALSE_ALARM: f64 = 0.01;

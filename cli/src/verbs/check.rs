@@ -116,6 +116,16 @@ fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
 }
 
 /// Chooses the poses to measure again, and reports what they would find.
+/// Writes these poses of the plan of a campaign, with their ways.
+pub fn write_poses_of(plan: &Path, ids: &[String], campaign: &Dataset, output: &Path) -> Result<(), Failure> {
+    let poses = read_plan(plan, campaign)?.of_poses(ids).map_err(|id| LocatedError {
+        path: plan.to_owned(),
+        field: "pose",
+        problem: format!("has no pose '{id}', which the campaign has; name the plan by which the campaign was measured"),
+    })?;
+    Ok(write_plan(output, &poses, campaign)?)
+}
+
 fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let waiting = Waiting::new("planning the check");
@@ -125,13 +135,7 @@ fn plan(arguments: &Arguments, calibration: &Calibration, then: NamedDataset<'_>
     drop(waiting);
     let ids: Vec<String> = chosen.iter().map(|&k| then.dataset.samples[k].id.clone()).collect();
     if let (Some(plan), Some(output)) = (&arguments.plan, &arguments.output) {
-        let whole = read_plan(plan, then.dataset)?;
-        let sentinels = whole.of_poses(&ids).map_err(|id| LocatedError {
-            path: plan.clone(),
-            field: "pose",
-            problem: format!("has no pose '{id}', which the campaign has; name the plan by which the campaign was measured"),
-        })?;
-        write_plan(output, &sentinels, then.dataset)?;
+        write_poses_of(plan, &ids, then.dataset, output)?;
     }
     if arguments.json {
         print_json(&documents::Check::of_plan(ids, &power))?;

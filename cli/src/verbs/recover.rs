@@ -9,11 +9,14 @@ use calibench::identify::fleet::{Fleet, read_fleet};
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
 use calibench::monitoring::recovery::mastering::{Controller, Drive, MasteringEntry};
-use calibench::monitoring::recovery::{Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover};
+use calibench::monitoring::recovery::{
+    Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, choose_touches, plan_touches, recover,
+};
 use calibench::robot::robot_file::robot;
 use calibench::robot::{JointKind, Robot};
 use calibench_report::{documents, recovery_text};
 
+use super::check::write_poses_of;
 use crate::arguments::choices::seed;
 use crate::arguments::data::{dataset, read_calibration_to_use, read_datasets};
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
@@ -53,6 +56,9 @@ pub struct Arguments {
     /// Plan this many touches in place of judging any
     #[arg(long, value_name = "N", requires = "output", value_parser = clap::value_parser!(u16).range(3..=20))]
     plan: Option<u16>,
+    /// The plan by which the campaign TOUCHES was measured: the touches are chosen among its poses, with their ways
+    #[arg(long, value_name = "PLAN", requires = "plan")]
+    of: Option<PathBuf>,
     /// Seed of the planned postures
     #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
     seed: u64,
@@ -94,6 +100,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = NamedDataset::new(name, &touches);
     if let (Some(count), Some(file)) = (arguments.plan, &arguments.output) {
         check_outputs([file])?;
+        if let Some(of) = &arguments.of {
+            let chosen = choose_touches(earlier, named, usize::from(count), arguments.instrument_moved).map_err(located)?;
+            let ids: Vec<String> = chosen.into_iter().map(|k| touches.samples[k].id.clone()).collect();
+            write_poses_of(of, &ids, &touches, file)?;
+            print_answer(format!("{} touches of the campaign, with their ways, are in {}.", ids.len(), file.display()))?;
+            return Ok(Outcome::Done);
+        }
         let chosen = plan_touches(earlier, named, usize::from(count), arguments.instrument_moved, arguments.seed);
         return write_touches(&chosen.map_err(located)?, &touches, file);
     }

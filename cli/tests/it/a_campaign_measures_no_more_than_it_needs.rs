@@ -56,8 +56,13 @@ fn what_no_plan_reaches_is_said_and_everything_is_measured() {
     assert_eq!((never.status.code(), rows(&at.join("never"))), (Some(1), 80));
     let said = String::from_utf8_lossy(&never.stdout).into_owned();
     assert!(said.contains("0.001 mm are not reached") && said.contains("after 80 probings"), "{said}");
-    // The gauge is better than stated: that nothing is lacking cannot be said.
-    assert!(said.contains("The noise is stated too large") && !said.contains("nothing that the model lacks"), "{said}");
+    // The campaign ends as a diagnosis of it begins: where the noise is stated too large, that nothing is lacking cannot be said.
+    let told = calibench(at, "diagnose never");
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    let overstated = told.contains("so it is stated too large");
+    assert!(told.contains("Verdict: nothing left"), "{told}");
+    assert_eq!(said.contains("The noise is stated too large"), overstated, "{said}{told}");
+    assert_eq!(said.contains("nothing that the model lacks"), !overstated, "{said}{told}");
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn a_lost_zero_is_found_entered_and_found_well() {
     run("plan cell.toml -o plan.toml");
     run("measure cell.toml --plan plan.toml -o then");
     run("identify then -o calibration.toml");
-    run("keep recover calibration.toml then --plan 12 -o touches.toml");
+    run("keep recover calibration.toml then --plan 12 --of plan.toml -o touches.toml");
     run("measure crashed.toml --plan touches.toml -o touches");
     let found = recovered(folder, "calibration.toml touches --controller abb --gear 4=-80 --present 4=3.0 -o recovered", 1);
     assert_eq!(found.verdict, "moved");
@@ -59,7 +59,7 @@ fn a_lost_zero_is_found_entered_and_found_well() {
     // The robot as it is compensates; after mastering the arm is the healthy one.
     fs::write(folder.join("t.csv"), "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,420,60,400,170,10,175\n").unwrap();
     run("compensate recovered/now.toml t.csv -o fake.csv");
-    run("keep recover recovered/mastered.toml then --plan 3 -o three.toml");
+    run("keep recover recovered/mastered.toml then --plan 3 --of plan.toml -o three.toml");
     run("measure cell.toml --plan three.toml -o three");
     assert_eq!(recovered(folder, "recovered/mastered.toml three", 0).verdict, "nothing_moved");
     run("measure cell.toml --plan touches.toml -o healthy");
@@ -71,7 +71,7 @@ fn what_cannot_be_used_is_refused_in_one_line() {
     let keep = tempfile::tempdir().unwrap();
     let folder = keep.path();
     fs::create_dir(folder.join("d")).unwrap();
-    let described = "format = \"calibench-dataset/1\"\nrobot = \"ur5\"\n[noise]\npoint_um = 20.0\n";
+    let described = "format = \"calibench-dataset/1\"\nrobot = \"ur5\"\n[base]\n[tool]\n[noise]\npoint_um = 20.0\n";
     fs::write(folder.join("d/dataset.toml"), described).unwrap();
     let header = "id,kind,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n";
     let row = |k: usize| format!("p{k},point,{k},-90,90,{k},40,10,400,100,{}\n", 300 + k);

@@ -588,7 +588,7 @@ fn paths_may_have_spaces_and_bytes_that_are_no_text() {
         &["plan", "s.toml", "-o", "p l.toml"][..],
         &["measure", "s.toml", "--plan", "p l.toml", "-o", "d s"],
         &["identify", "d s", "-o", "c b.toml"],
-        &["validate", "c b.toml", "d s"],
+        &["validate", "c b.toml", "d s", "--fitted"],
     ] {
         let output = calibench(&odd, arguments);
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));

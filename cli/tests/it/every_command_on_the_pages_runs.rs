@@ -40,6 +40,7 @@ macro_rules! pages {
 pages! {
     readme: "README.md",
     adaptive: "docs/adaptive.md",
+    after_a_crash: "docs/after-a-crash.md",
     calibrate: "docs/calibrate.md",
     check: "docs/check.md",
     the_run: "docs/the-run.md",

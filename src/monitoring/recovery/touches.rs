@@ -55,7 +55,41 @@ pub fn plan_touches(
     seed: u64,
 ) -> Result<Vec<PlannedTouch>, RecoveryError> {
     let pool = candidates(cell.dataset, CANDIDATES, seed)?;
-    let data = as_samples(cell.dataset, &pool);
+    let chosen = telling_most(earlier, cell, &pool, count, instrument_moved)?;
+    Ok(chosen.into_iter().map(|k| pool[k].clone()).collect())
+}
+
+/// Chooses `count` of the samples of a campaign whose touches show the zeros of all joints, and the tool, best: the arm has been
+/// there. Returns their indices.
+///
+/// # Errors
+/// When the campaign does not belong to what was known.
+pub fn choose_touches(
+    earlier: Earlier<'_>,
+    campaign: NamedDataset<'_>,
+    count: usize,
+    instrument_moved: bool,
+) -> Result<Vec<usize>, RecoveryError> {
+    let touch = |s: &Sample| {
+        let ball = match s.measured {
+            Measured::Ball { ball, .. } => Some(ball),
+            _ => None,
+        };
+        PlannedTouch { q: s.q.clone(), ball, approach: Vec::new() }
+    };
+    let pool: Vec<PlannedTouch> = campaign.dataset.samples.iter().map(touch).collect();
+    telling_most(earlier, campaign, &pool, count, instrument_moved)
+}
+
+/// The touches of a pool, by index, that together tell most.
+fn telling_most(
+    earlier: Earlier<'_>,
+    cell: NamedDataset<'_>,
+    pool: &[PlannedTouch],
+    count: usize,
+    instrument_moved: bool,
+) -> Result<Vec<usize>, RecoveryError> {
+    let data = as_samples(cell.dataset, pool);
     let scene = Scene::new(&earlier, NamedDataset::new(cell.name, &data), instrument_moved)?;
     let near = scene.near(&scene.mean);
     let mut covariance = scene.covariance.clone();
@@ -89,7 +123,7 @@ pub fn plan_touches(
         covariance -= update.half.tr_mul(&update.half);
         chosen.push(k);
     }
-    Ok(chosen.into_iter().map(|k| pool[k].clone()).collect())
+    Ok(chosen)
 }
 
 /// What a touch takes off the covariance of the parameters.
