@@ -71,8 +71,9 @@ fn what_cannot_be_used_is_refused_in_one_line() {
     let keep = tempfile::tempdir().unwrap();
     let folder = keep.path();
     fs::create_dir(folder.join("d")).unwrap();
-    let described = "format = \"calibench-dataset/1\"\nrobot = \"ur5\"\n[base]\n[tool]\n[noise]\npoint_um = 20.0\n";
-    fs::write(folder.join("d/dataset.toml"), described).unwrap();
+    let frame = |name: &str| format!("[{name}]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\na_deg = 0.0\nb_deg = 0.0\nc_deg = 0.0\n");
+    let described = "format = \"calibench-dataset/1\"\nrobot = \"ur5\"\n".to_owned() + &frame("base") + &frame("tool");
+    fs::write(folder.join("d/dataset.toml"), described + "[noise]\npoint_um = 20.0\n").unwrap();
     let header = "id,kind,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n";
     let row = |k: usize| format!("p{k},point,{k},-90,90,{k},40,10,400,100,{}\n", 300 + k);
     fs::write(folder.join("d/samples.csv"), header.to_owned() + &row(1) + &row(2)).unwrap();
