@@ -35,5 +35,4 @@
 
 pub mod check;
 pub mod history;
-pub mod recovery;
 pub mod runs;

@@ -1,7 +1,7 @@
 //! What a crash moved, in words and a table.
 
-use calibench::monitoring::recovery::mastering::MasteringEntry;
-use calibench::monitoring::recovery::{Moved, Recovery, Verdict};
+use calibench::recovery::mastering::MasteringEntry;
+use calibench::recovery::{Moved, Recovery, Verdict};
 use calibench::robot::JointKind;
 use calibench::units::{DEG, MM};
 
@@ -116,7 +116,7 @@ fn zeros_table(found: &Recovery, entries: &[Option<MasteringEntry>]) -> super::t
     if with_entry {
         header.extend(["enter", "95 % ", "shown at zero"]);
     }
-    let row = |(k, z): (usize, &calibench::monitoring::recovery::ZeroChange)| {
+    let row = |(k, z): (usize, &calibench::recovery::ZeroChange)| {
         let is_turn = found.now.robot.kind(z.joint - 1) == JointKind::Revolute;
         let (size, unit) = if is_turn { (DEG, "deg") } else { (MM, "mm") };
         let within = COVERS_95 * z.sigma / size;

@@ -17,7 +17,6 @@ mod copies;
 mod evidence;
 mod loads;
 mod noise;
-mod orthonormal;
 pub mod power;
 mod scene;
 mod seen;

@@ -11,7 +11,8 @@ use calibench::identify::calibration::{Calibration, read_calibration, write_cali
 use calibench::identify::{Model, identify_without_indices};
 use calibench::math::Observability;
 use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
-use calibench::monitoring::recovery::{Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, plan_touches, recover};
+use calibench::recovery::touches::{PlannedTouch, plan_touches};
+use calibench::recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use calibench::robot::kinematics::{Posture, world_from_tool};
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
@@ -409,10 +410,11 @@ fn by_a_pin() {
 #[ignore = "a study: validation/run a_crash_is_recovered"]
 fn in_a_thousand_crashes() {
     let count = std::env::var("CALIBENCH_CRASHES").ok().and_then(|text| text.parse().ok()).unwrap_or(500);
-    for (way, zeros) in [(Way::Gauge, 0.95), (Way::Pin, 0.6)] {
+    for way in [Way::Gauge, Way::Pin] {
         let shares = study(way, count, count, 7000);
         println!("{way:?}: {shares:?}");
-        assert!(shares.zeros >= zeros && shares.bent >= 0.5 && shares.alarms <= 0.01, "{way:?}: {shares:?}");
+        // What the page promises; the shares of zeros and programs are printed.
+        assert!(shares.bent >= 0.95 && shares.alarms <= 0.01, "{way:?}: {shares:?}");
     }
 }
 

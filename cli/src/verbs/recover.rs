@@ -8,10 +8,9 @@ use calibench::identify::calibration::{Calibration, write_calibration};
 use calibench::identify::fleet::{Fleet, read_fleet};
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
-use calibench::monitoring::recovery::mastering::{Controller, Drive, MasteringEntry};
-use calibench::monitoring::recovery::{
-    Earlier, PlannedTouch, Recovery, RecoveryError, Verdict, choose_touches, plan_touches, recover,
-};
+use calibench::recovery::mastering::{Controller, Drive, MasteringEntry};
+use calibench::recovery::touches::{PlannedTouch, choose_touches, plan_touches};
+use calibench::recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use calibench::robot::robot_file::robot;
 use calibench::robot::{JointKind, Robot};
 use calibench_report::{documents, recovery_text};
@@ -154,7 +153,7 @@ fn say_next(arguments: &Arguments, found: &Recovery) -> Result<(), Failure> {
 /// What to enter for each zero, in their order.
 fn entries(arguments: &Arguments, found: &Recovery) -> Vec<Option<MasteringEntry>> {
     let of = |list: &[OfJoint], joint: usize| list.iter().find(|of| of.joint == joint).map(|of| of.value);
-    let entry = |zero: &calibench::monitoring::recovery::ZeroChange| {
+    let entry = |zero: &calibench::recovery::ZeroChange| {
         let is_turn = found.now.robot.kind(zero.joint - 1) == JointKind::Revolute;
         let drive = Drive {
             gear: of(&arguments.gear, zero.joint),

@@ -1,7 +1,7 @@
 //! `calibench-recovery/1`, printed by `keep recover`.
 
-use calibench::monitoring::recovery::mastering::MasteringEntry;
-use calibench::monitoring::recovery::{self, FALSE_ALARM};
+use calibench::recovery::mastering::MasteringEntry;
+use calibench::recovery::{self, FALSE_ALARM};
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

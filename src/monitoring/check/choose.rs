@@ -3,9 +3,8 @@
 use nalgebra::DMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::conditions::of_several;
+use super::conditions::{of_several, orthonormal};
 use super::noise::Whitening;
-use super::orthonormal::orthonormal;
 use super::scene::Scene;
 use super::seen::Seen;
 use super::{CheckError, counterparts};

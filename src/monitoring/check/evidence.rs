@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView, Dyn, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::conditions::{Columns, Condition};
-use super::orthonormal::orthonormal;
+use super::conditions::{Columns, Condition, orthonormal};
 use super::{CHANGED_BEFOREHAND, FALSE_ALARM, Judged};
 use crate::diagnosis::evidence::{ln_mean_exp, ln_sum_exp};
 

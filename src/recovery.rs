@@ -7,7 +7,7 @@
 //! ```
 //! use calibench::identify::{Model, identify};
 //! # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
-//! use calibench::monitoring::recovery::{Earlier, Verdict, recover};
+//! use calibench::recovery::{Earlier, Verdict, recover};
 //! # use calibench::robot::kinematics::world_from_tool;
 //! # use calibench::robot::{FramePose, built_in};
 //! use calibench::units::{DEG, UM};
@@ -39,7 +39,7 @@ pub mod mastering;
 mod result;
 mod scene;
 mod search;
-mod touches;
+pub mod touches;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use thiserror::Error;
@@ -52,7 +52,6 @@ use crate::identify::problem::ProblemError;
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
 use crate::measure::poses::pool::PoolError;
-pub use touches::{PlannedTouch, choose_touches, plan_touches};
 
 /// Probability of a report that something moved where nothing did (Markov's inequality).
 pub const FALSE_ALARM: f64 = 0.01;
