@@ -22,8 +22,11 @@ pub struct NamedFrames {
 /// Format tag of a list of one's own.
 pub const FRAMES_FORMAT: &str = "calibench-frames/1";
 
-/// Greatest accepted distance of a tool from the flange and of a base from the robot, mm: that of `--tool` and `--base`.
-const FARTHEST: [f64; 2] = [1e4, 5e4];
+/// Longest accepted tool, mm.
+pub const LONGEST_TOOL_MM: f64 = 1e4;
+
+/// Greatest accepted distance of a base from the robot, mm.
+pub const FARTHEST_BASE_MM: f64 = 5e4;
 
 /// Tools and bases of programs by name or number.
 #[derive(Deserialize)]
@@ -135,7 +138,7 @@ fn of_list(path: &Path) -> Result<Vec<Setting>, FileError> {
     for (frame, table, list) in [(Frame::Tool, "tools", tools), (Frame::Base, "bases", bases)] {
         for (given, [x, y, z, a, b, c]) in list {
             let wrong = |problem: String, remedy: &str| field_error(path, &text, &format!("{table}.{given}"), problem, remedy);
-            let farthest = FARTHEST[frame as usize];
+            let farthest = [LONGEST_TOOL_MM, FARTHEST_BASE_MM][frame as usize];
             if given.trim().is_empty() {
                 return Err(wrong("has no name".into(), "give the name or the number that programs have for it"));
             }

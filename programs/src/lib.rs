@@ -20,7 +20,7 @@ mod world;
 
 #[cfg(feature = "schema")]
 pub use frames_file::frames_schema;
-pub use frames_file::{FRAMES_FORMAT, NamedFrames, read_frames};
+pub use frames_file::{FARTHEST_BASE_MM, FRAMES_FORMAT, LONGEST_TOOL_MM, NamedFrames, read_frames};
 pub use program::{Dialect, Program, read_program};
 pub use rewrite::{Permissions, RewrittenProgram, rewrite_programs};
 pub use rewritten::Rewritten;

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::scene::{Movable, Scene};
-use super::search::{Change, Search, Solution, not_finite};
+use super::search::{Change, Search, Solution, not_finite, spread};
 use super::{Changed, Earlier, Moved, RecoveryError, WorstTouch, ZeroChange};
 use crate::identify::calibration::{Calibration, Estimate, MeasuredSetup};
 use crate::identify::fit::Outcome;
@@ -71,8 +71,7 @@ pub(super) fn shown(scene: &Scene, search: &Search) -> Result<Vec<f64>, Recovery
         for open in scene.tool.iter().chain(&scene.base) {
             covariance[(open.parameter, open.parameter)] += open.sigma.powi(2);
         }
-        let mut noise = &near.jacobian * covariance * near.jacobian.transpose();
-        (0..noise.nrows()).for_each(|k| noise[(k, k)] += 1.0);
+        let noise = spread(&near.jacobian, &covariance);
         let column = near.jacobian.column(zero.parameter).into_owned();
         let column = DMatrix::from_column_slice(column.len(), 1, column.as_slice());
         let information = ScaledCholesky::of(&noise).map_err(not_finite)?.half(column).norm_squared();

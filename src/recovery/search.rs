@@ -230,34 +230,31 @@ impl Scene {
         let (mut ended, mut steps) = (false, 0);
         loop {
             let near = self.near(&values);
-            let noise = spread(&near.jacobian, &prior);
-            let mut factor = ScaledCholesky::of(&noise).map_err(not_finite)?;
+            let mut factor = ScaledCholesky::of(&spread(&near.jacobian, &prior)).map_err(not_finite)?;
             let mut solved = near.residuals.clone();
             factor.solve_in_place(&mut solved);
             let gain = &prior * near.jacobian.transpose();
+            let half = factor.half(gain.transpose());
             let next = &self.mean + &gain * &solved;
             let lost = (&next - &self.mean).amax() > LOST;
             let step = &next - &values;
             steps += 1;
             if ended || lost || steps == STEPS {
-                let half = factor.half(gain.transpose());
                 let covariance = &prior - half.tr_mul(&half);
                 let squares = near.residuals.dot(&solved);
                 let ln_likelihood = self.ln_likelihood(factor.log_determinant(), squares);
                 let ln = if lost { f64::NEG_INFINITY } else { self.ln_share(moved) + ln_likelihood };
                 let pulled = near.jacobian.tr_mul(&solved);
-                let spread = factor.half(near.jacobian.clone());
+                let seen = factor.half(near.jacobian.clone());
                 let change = |m: &Movable| {
                     let variance = m.sigma * m.sigma;
-                    let seen = spread.column(m.parameter).norm_squared();
-                    let left = variance * (1.0 - variance * seen);
+                    let left = variance * (1.0 - variance * seen.column(m.parameter).norm_squared());
                     Change { parameter: m.parameter, value: variance * pulled[m.parameter], sigma: left.max(0.0).sqrt() }
                 };
                 let changes = columns.iter().map(change).collect();
                 let weighed = Weighed { moved: moved.clone(), ln };
                 return Ok(Solution { weighed, values: next, covariance, changes, squares });
             }
-            let half = factor.half(gain.transpose());
             let sized = |(p, step): (usize, &f64)| {
                 let variance = prior[(p, p)] - half.column(p).norm_squared();
                 if variance > 0.0 { step.abs() / variance.sqrt() } else { 0.0 }
@@ -278,7 +275,7 @@ pub(super) struct Search {
 }
 
 /// Covariance of whitened residuals of which the parameters have a covariance.
-fn spread(jacobian: &DMatrix<f64>, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn spread(jacobian: &DMatrix<f64>, covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let mut noise = jacobian * covariance * jacobian.transpose();
     (0..noise.nrows()).for_each(|k| noise[(k, k)] += 1.0);
     noise

@@ -229,7 +229,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
     let mut refused = stretches(ids(), results.iter().map(|r| r.outcome.as_ref().err()));
     if !refused.is_empty() {
         let more: usize = refused.split_off(refused.len().min(MOST_TOLD)).iter().map(|told| told.count).sum();
-        let rows = refused.into_iter().map(|told| [told.targets, told.what.name().into(), told.what.to_string()]);
+        let rows = refused.into_iter().map(|told| [told.targets(), told.what.name().into(), told.what.to_string()]);
         let rows: Vec<[String; 3]> = rows.collect();
         print_answer(plain_table(["refused", "status", ""], rows))?;
         if more > 0 {
@@ -239,9 +239,9 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
     let near = stretches(ids(), results.iter().map(|r| r.warnings.near_singular.then_some(())));
     if !near.is_empty() {
         let count: usize = near.iter().map(|told| told.count).sum();
-        let mut words: Vec<&str> = near.iter().take(MOST_TOLD).map(|told| told.targets.as_str()).collect();
+        let mut words: Vec<String> = near.iter().take(MOST_TOLD).map(|told| told.targets()).collect();
         if near.len() > MOST_TOLD {
-            words.push("and others");
+            words.push("and others".into());
         }
         print(format!(
             "{count} near a singularity: the arm reaches it, but small motions of the tool are large ones of its joints: {}",

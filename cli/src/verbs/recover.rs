@@ -128,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        print_answer(recovery_text(&found, &entries))?;
+        print_answer(recovery_text(&found, &document))?;
         say_next(arguments, &found)?;
     }
     Ok(if found.verdict == Verdict::NothingMoved { Outcome::Done } else { Outcome::ExpectationFailed })

@@ -1,15 +1,17 @@
 //! `calibench-recovery/1`, printed by `keep recover`.
 
 use calibench::recovery::mastering::MasteringEntry;
-use calibench::recovery::{self, FALSE_ALARM};
+use calibench::recovery::{self, FALSE_ALARM, Moved, Verdict};
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{finite, format_tag};
-use crate::recovery::{COVERS_95, moved_words, recovery_to_do, verdict_name};
+use super::format_tag;
 
 format_tag!(RecoveryFormat, "calibench-recovery/1");
+
+/// Half of the 95 % interval of a normal distribution, in standard deviations.
+const COVERS_95: f64 = 1.96;
 
 /// What a crash moved, and what to enter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -129,14 +131,13 @@ impl Recovery {
             probability: r.probability,
             touch: r.posture.as_ref().map(|q| robot.in_columns(q)),
         };
-        let ratio = if found.ratio.is_finite() { found.ratio } else { f64::MAX };
         Recovery {
             format: RecoveryFormat::Current,
             verdict: verdict_name(found.verdict).into(),
             words: moved_words(&found.moved),
-            to_do: recovery_to_do(found).into(),
+            to_do: to_do(found).into(),
             probability: found.probability,
-            ratio,
+            ratio: found.ratio,
             false_alarm: FALSE_ALARM,
             zeros: found.zeros.iter().enumerate().map(zero).collect(),
             tool: found.tool.map(|tool| RecoveredTool {
@@ -148,8 +149,50 @@ impl Recovery {
             rivals: found.rivals.iter().map(rival).collect(),
             unseen_joints: found.unseen(),
             touches: found.touches,
-            before_mm: finite(found.before / MM).unwrap_or(0.0),
-            residual_mm: finite(found.after / MM).unwrap_or(0.0),
+            before_mm: found.before / MM,
+            residual_mm: found.after / MM,
         }
+    }
+}
+
+/// The verdict as it stands in files.
+fn verdict_name(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NothingMoved => "nothing_moved",
+        Verdict::Moved => "moved",
+        Verdict::BentLink => "bent_link",
+        _ => "unexplained",
+    }
+}
+
+/// What moved, in words.
+fn moved_words(moved: &Moved) -> String {
+    let joints: Vec<String> = moved.zeros.iter().map(ToString::to_string).collect();
+    let mut all = Vec::new();
+    match joints.as_slice() {
+        [] => {}
+        [one] => all.push(format!("joint {one} lost its zero")),
+        [rest @ .., last] => all.push(format!("joints {} and {last} lost their zeros", rest.join(", "))),
+    }
+    if moved.tool {
+        all.push("the tool moved on the flange, or was bent".into());
+    }
+    if moved.base {
+        all.push("the base, the artifact or the instrument moved".into());
+    }
+    if let Some(joint) = moved.bent {
+        all.push(format!("the link between joints {joint} and {} is bent", joint + 1));
+    }
+    if all.is_empty() { "nothing moved".into() } else { all.join("; ") }
+}
+
+/// What to do.
+fn to_do(found: &recovery::Recovery) -> &'static str {
+    match found.verdict {
+        Verdict::NothingMoved => "go on with the robot as it is",
+        Verdict::Moved if found.zeros.is_empty() => "enter the new TCP or frame; no joint is to be mastered",
+        Verdict::Moved => "enter these zeros, and the new TCP if the tool moved; then make three touches again",
+        Verdict::BentLink => "do not re-master: look at that link, and calibrate the robot again when it was mended",
+        _ => "enter nothing: make the furthest touch again, or calibrate the robot again",
     }
 }

@@ -3,6 +3,7 @@
 use calibench::compensate::WorkFrame;
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
+use calibench_programs::{FARTHEST_BASE_MM, LONGEST_TOOL_MM};
 
 /// Parses `N` finite numbers separated by commas.
 fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
@@ -21,22 +22,18 @@ fn frame_within(text: &str, farthest: f64) -> Result<FramePose, String> {
     Ok(FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) })
 }
 
-/// Longest accepted tool, mm.
-const LONGEST_TOOL: f64 = 1e4;
-/// Greatest accepted distance of a frame from the robot, mm.
-const FARTHEST_FRAME: f64 = 5e4;
 /// Heaviest accepted load, kg.
 const HEAVIEST: f64 = 5e3;
 
 pub fn tool(text: &str) -> Result<FramePose, String> {
-    frame_within(text, LONGEST_TOOL)
+    frame_within(text, LONGEST_TOOL_MM)
 }
 
 pub fn work_frame(text: &str) -> Result<WorkFrame, String> {
     if text == "world" {
         Ok(WorkFrame::World)
     } else {
-        frame_within(text, FARTHEST_FRAME).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
+        frame_within(text, FARTHEST_BASE_MM).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
     }
 }
 
@@ -45,8 +42,10 @@ pub fn load(text: &str) -> Result<[f64; 4], String> {
     if load[0] < 0.0 {
         return Err("a mass is not negative; give it in kg".into());
     }
-    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
-        return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));
+    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL_MM) {
+        return Err(format!(
+            "no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL_MM} mm; give kg and mm"
+        ));
     }
     Ok(load)
 }

@@ -10,43 +10,43 @@ use crate::terminal::output::print;
 /// Number of refused targets, or of lines, printed; the file or the document lists all.
 pub const MOST_TOLD: usize = 20;
 
-/// A stretch of targets, one after another, of which the same is told: the first and the last, and their number.
-pub fn stretch(first: &str, last: &str, count: usize) -> String {
-    if count > 1 { format!("{first} to {last} ({count})") } else { first.to_owned() }
-}
-
-/// The stretches of a list in which `what` is the same and not `None`, each with that and its words.
-pub fn stretches<'t, T: PartialEq>(ids: impl Iterator<Item = &'t str>, what: impl Iterator<Item = Option<T>>) -> Vec<Told<T>> {
-    let mut found: Vec<Told<T>> = Vec::new();
-    let mut open: Option<[&str; 2]> = None;
-    for (id, what) in ids.zip(what) {
-        let Some(what) = what else {
-            open = None;
-            continue;
-        };
-        match (found.last_mut(), open.as_mut()) {
-            (Some(told), Some([first, last])) if told.what == what => {
-                *last = id;
-                told.count += 1;
-                told.targets = stretch(first, last, told.count);
-            }
-            _ => {
-                open = Some([id, id]);
-                found.push(Told { what, targets: id.to_owned(), count: 1 });
-            }
-        }
-    }
-    found
-}
-
-/// What is told of a stretch of targets.
-pub struct Told<T> {
+/// Targets, one after another, of which the same is told.
+pub struct Stretch<'t, T> {
     /// What it is.
     pub what: T,
-    /// The targets, in words.
-    pub targets: String,
     /// Their number.
     pub count: usize,
+    first: &'t str,
+    last: &'t str,
+}
+
+impl<T> Stretch<'_, T> {
+    /// The first and the last, and their number.
+    pub fn targets(&self) -> String {
+        let Stretch { first, last, count, .. } = self;
+        if *count > 1 { format!("{first} to {last} ({count})") } else { (*first).to_owned() }
+    }
+}
+
+/// The stretches of a list in which `what` is the same and not `None`.
+pub fn stretches<'t, T: PartialEq>(
+    ids: impl Iterator<Item = &'t str>,
+    what: impl Iterator<Item = Option<T>>,
+) -> Vec<Stretch<'t, T>> {
+    let mut found: Vec<Stretch<'t, T>> = Vec::new();
+    let mut goes_on = false;
+    for (id, what) in ids.zip(what) {
+        let Some(what) = what else {
+            goes_on = false;
+            continue;
+        };
+        match found.last_mut().filter(|stretch| goes_on && stretch.what == what) {
+            Some(stretch) => (stretch.last, stretch.count) = (id, stretch.count + 1),
+            None => found.push(Stretch { what, count: 1, first: id, last: id }),
+        }
+        goes_on = true;
+    }
+    found
 }
 
 /// The controller's frames, what was assumed, and what spoils the result.
