@@ -239,6 +239,9 @@ impl Text {
             }
             k += 1;
         }
+        for k in foreign_bytes(&blank) {
+            blank[k] = b'?';
+        }
         let after_breaks = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(k, _)| k + 1);
         Text { line_starts: std::iter::once(0).chain(after_breaks).collect(), bytes: blank }
     }
@@ -336,6 +339,18 @@ impl Text {
         let length = self.bytes[..end].iter().rev().take_while(|b| is_of_name(**b)).count();
         end - length..end
     }
+}
+
+/// The places of bytes that are no UTF-8, as of a name in Latin-1: they are part of no word, and words keep the length that they have in the file.
+fn foreign_bytes(bytes: &[u8]) -> Vec<usize> {
+    let mut at = 0;
+    let mut foreign = Vec::new();
+    for chunk in bytes.utf8_chunks() {
+        at += chunk.valid().len();
+        foreign.extend(at..at + chunk.invalid().len());
+        at += chunk.invalid().len();
+    }
+    foreign
 }
 
 /// True for a character of an identifier.

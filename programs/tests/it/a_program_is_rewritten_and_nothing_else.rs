@@ -607,6 +607,21 @@ fn what_cannot_be_rewritten_is_told_by_its_line() {
 }
 
 #[test]
+fn bytes_in_latin_1_move_nothing() {
+    let kr6 = Bench::kr6();
+    let program = |name: &[u8]| {
+        let [before, after] = [
+            &b"MODULE M\n PROC main()\n  IF "[..],
+            b" MoveL [[400,10,450],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n ENDPROC\nENDMODULE\n",
+        ];
+        [before, name, after].concat()
+    };
+    let [plain, latin] = [&b"prets"[..], b"pr\xeats"].map(|name| kr6.rewrite(Dialect::Rapid, &program(name)));
+    assert_eq!(plain.positions, 1, "{:?}", plain.remarks);
+    assert_eq!((latin.rewritten, latin.remarks), (plain.rewritten, plain.remarks));
+}
+
+#[test]
 fn broken_programs_are_no_panic() {
     let kr6 = Bench::kr6();
     let pose = kr6.world_pose(&[0.3, -1.4, 1.6, 0.2, 0.7, 0.4]);
@@ -667,6 +682,12 @@ fn broken_programs_are_no_panic() {
             let mut bytes = program.as_bytes().to_vec();
             for _ in 0..random.random_range(1..6) {
                 let at = random.random_range(0..bytes.len());
+                if random.random_bool(0.1) {
+                    // As of a name in Latin-1, or of a file that is none.
+                    let end = (at + random.random_range(1..60)).min(bytes.len());
+                    bytes[at..end].fill(0xe9);
+                    continue;
+                }
                 bytes[at] = if random.random_bool(0.7) { odd[random.random_range(0..odd.len())] } else { random.random() };
             }
             let new = kr6.rewrite(dialect, &bytes);

@@ -213,7 +213,7 @@ fn program(bytes: &[u8]) {
         .expect("it is right")
     });
     let Some((dialect, text)) = bytes.split_first() else { return };
-    let extension = ["src", "script", "mod", "ls"][usize::from(*dialect) % 4];
+    let extension = ["src", "script", "mod", "ls", "jbi", "dtx", "pgx", "dat"][usize::from(*dialect) % 8];
     let Ok(program) = read_program(&file(&format!("program.{extension}"), text)) else { return };
     let mut compensator = Compensator::new(&CALIBRATION, &Task::default()).expect("the calibration has one set-up");
     let permissions = Permissions { joints_as_in_robot_file: true, ..Permissions::default() };
