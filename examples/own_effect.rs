@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use calibench::diagnosis::diagnose;
 use calibench::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::Registry;
@@ -70,7 +70,14 @@ pub static HOSE_PULL: Family = Family {
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the hose package tightens and pulls the joint back", look: "look at the hoses" },
+    meaning: Meaning {
+        physics: "the hose package tightens and pulls the joint back",
+        intervention: Intervention {
+            work: Work::Service,
+            act: "look at the hoses",
+            verify: "the same postures with the hoses off",
+        },
+    },
     signature: Signature {
         looks: [
             "The joint stops short beyond a quarter of a turn, on both sides.",

@@ -1,10 +1,12 @@
 //! A check of a calibrated robot in words and tables.
 
+use calibench::effects::facts::Intervention;
 use calibench::monitoring::check::conditions::Condition;
 use calibench::monitoring::check::power::{Power, Quantity, SHOWN, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
+use super::documents::{self, ChangedBy, SizeOfChange};
 use super::printout::Printout;
 use super::tables::plain_rows;
 
@@ -22,6 +24,10 @@ pub fn condition_words(condition: &Condition) -> String {
         Condition::TargetMoved(Some(target)) => format!("target {target} has moved on the tool"),
         Condition::TargetMoved(None) => "the target at the TCP has moved on the tool".into(),
         Condition::JointSlipped(joint) => format!("joint {joint} has lost its zero"),
+        Condition::GearGivesWay(joint) => format!("the gear of joint {joint} gives way to its load by another amount"),
+        Condition::LostMotion(joint) => {
+            format!("joint {joint} stops short by another amount on the side from which it comes")
+        }
         Condition::Warm => "the arm is warmer or colder than it was".into(),
         Condition::OtherPayload => "the flange carries another mass than entered".into(),
         Condition::SingleSample(id) => format!("sample {id} alone disagrees"),
@@ -32,17 +38,10 @@ pub fn condition_words(condition: &Condition) -> String {
 /// The remedy for a condition.
 #[must_use]
 pub fn what_to_do(condition: &Condition) -> &'static str {
-    match condition {
-        Condition::Valid => "go on using the calibration",
-        Condition::ToolMoved => "look at the bolts and pins between flange and tool, then measure the tool again",
-        Condition::BaseMoved => "look at the bolts of base and artifact; whichever moved is measured again, the robot is not",
-        Condition::BallMoved(_) => "look at its seat and bolt; leave it out until it is certified again",
-        Condition::TargetMoved(_) => "look at its nest and magnet, then measure the tool again",
-        Condition::JointSlipped(_) => "master this joint again, and ask about a crash, a belt or an exchanged motor",
-        Condition::Warm => "let the arm run as long as before the calibration, then check again",
-        Condition::OtherPayload => "weigh what the flange carries, and enter it",
-        Condition::SingleSample(_) => "clean ball and plungers, and measure it again",
-        _ => "calibrate again",
+    match (condition, condition.intervention()) {
+        (_, Some(intervention)) => intervention.act,
+        (Condition::Valid, None) => "go on using the calibration",
+        (_, None) => "calibrate again",
     }
 }
 
@@ -51,6 +50,7 @@ pub(crate) fn quantity_unit(quantity: Quantity) -> (f64, &'static str, &'static 
     match quantity {
         Quantity::Length => (UM, "um", "\u{b5}m"),
         Quantity::Angle => (DEG, "deg", "deg"),
+        Quantity::Compliance => (1e-3 * DEG, "mdeg/N.m", "mdeg/N\u{b7}m"),
         Quantity::Mass => (1.0, "kg", "kg"),
         Quantity::Share => (1e-6, "ppm", "ppm"),
     }
@@ -90,6 +90,9 @@ fn shown_kind(shown: &SmallestDetectable) -> Option<&'static str> {
         (Condition::BaseMoved, _) => "a base or artifact off by",
         (Condition::BallMoved(_), _) => "a ball off by",
         (Condition::TargetMoved(_), _) => "a target off by",
+        (Condition::GearGivesWay(_), _) => "a gear softer by",
+        (Condition::LostMotion(_), Quantity::Angle) => "lost motion of",
+        (Condition::LostMotion(_), _) => "lost motion of a sliding joint of",
         (Condition::Warm, _) => "an arm longer by",
         (Condition::OtherPayload, _) => "a payload off by",
         _ => return None,
@@ -110,7 +113,9 @@ fn shown_words(shown: &[SmallestDetectable]) -> String {
         let (least, change) = sized.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let (unit, _, printed) = quantity_unit(least.quantity);
         let which = match &least.condition {
-            Condition::JointSlipped(joint) => format!(" (joint {joint}, the least clear)"),
+            Condition::JointSlipped(joint) | Condition::GearGivesWay(joint) | Condition::LostMotion(joint) => {
+                format!(" (joint {joint}, the least clear)")
+            }
             Condition::BallMoved(ball) => format!(" ({ball}, the least clear)"),
             Condition::TargetMoved(target) => format!(" ({}, the least clear)", target.as_deref().unwrap_or("the TCP")),
             _ => String::new(),
@@ -118,6 +123,7 @@ fn shown_words(shown: &[SmallestDetectable]) -> String {
         let change = change / unit;
         let figure = match least.quantity {
             Quantity::Angle => format!("{change:.4}"),
+            Quantity::Compliance => format!("{change:.2}"),
             Quantity::Mass => format!("{change:.1}"),
             _ => format!("{change:.0}"),
         };
@@ -155,9 +161,36 @@ fn closest_words(check: &RobotCheck, named: &Condition) -> String {
     }
 }
 
+/// The size of the named change, as a line; empty if it has none.
+fn size_words(condition: &Condition, size: Option<&SizeOfChange>) -> String {
+    let Some(SizeOfChange { unit, components }) = size else { return String::new() };
+    let digits = match unit.as_str() {
+        "deg" => 4,
+        "kg" | "mdeg/N.m" => 2,
+        _ => 0,
+    };
+    let number = |c: &ChangedBy| format!("{:+.digits$} \u{b1} {:.digits$}", c.change, c.within_95);
+    let said: Vec<String> = match &components[..] {
+        [one] => vec![number(one)],
+        several => ["x", "y", "z"].iter().zip(several).map(|(axis, c)| format!("{axis} {}", number(c))).collect(),
+    };
+    let of = match condition {
+        Condition::JointSlipped(_) => "It stands further than it shows by",
+        Condition::GearGivesWay(_) => "Its compliance has changed by",
+        Condition::LostMotion(_) => "Half the play has changed by",
+        Condition::Warm => "The links have grown by",
+        Condition::OtherPayload => "There is more on it by",
+        Condition::ToolMoved | Condition::TargetMoved(_) => "In the axes of the flange, by",
+        _ => "In the axes of the world, by",
+    };
+    let unit = if unit == "um" { "\u{b5}m" } else { unit };
+    format!("{of} {} {unit} (95 %).\n", said.join(", "))
+}
+
 /// The check as text: the verdict, what to do, and the samples; `shown` are the smallest changes that they show.
 #[must_use]
 pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout {
+    let document = documents::Check::of(check, shown);
     let used = check.looks.len();
     let mut out = Printout::default();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
@@ -189,7 +222,11 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout 
                 format!("samples: {used}")
             };
             out.push(format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
+            out.push(size_words(&first.condition, document.size.as_ref()));
             out.push(format!("Do: {}.\n", what_to_do(&first.condition)));
+            if let Some(Intervention { work, verify, .. }) = first.condition.intervention() {
+                out.push(format!("Verify: {verify}.\nIf nothing is done: {}.\n", work.if_nothing_is_done()));
+            }
             out.push(closest_words(check, &first.condition));
             if !check.aliased.is_empty() {
                 let others: Vec<String> = check.aliased.iter().map(condition_words).collect();

@@ -5,7 +5,7 @@ use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
 use super::finding_notes::{moment_words, same_words};
 use super::gallery::gallery_page;
 use super::ladder_sentences::unconverged_sentence;
-use super::meaning::meaning;
+use super::meaning::{intervention_words, meaning};
 use super::misfit::abnormal_sentences;
 use super::printout::Sentence;
 use super::scatter::{scatter_sentences, suspects_named};
@@ -349,8 +349,7 @@ fn saw_means_do(f: &Finding, registry: &Registry) -> Vec<String> {
     let meaning = meaning(registry, &h.in_model);
     let page = gallery_page(&h.in_model).map_or(String::new(), |page| format!(" ({page} shows how it looks)"));
     let means = format!("Means: {}{}{page}.", meaning.physics, same_to_the_data(f, registry));
-    let look = (!meaning.look.is_empty()).then(|| format!("Do: {}.", meaning.look));
-    [saw, means].into_iter().chain(look).collect()
+    [saw, means].into_iter().chain(intervention_words(&meaning.intervention)).collect()
 }
 
 /// The effects that no data of this kind can separate from this one, and the measurement that would separate them.

@@ -12,6 +12,7 @@ mod diagnosis;
 mod fleet;
 mod heat_map;
 mod import;
+mod intervention;
 mod judged;
 mod ladder;
 mod misfit;
@@ -35,8 +36,13 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+/// Half of the 95 % interval of a normal distribution, in standard deviations.
+const COVERS_95: f64 = 1.96;
+
 pub use self::calibration::{Calibration, CalibrationFormat, ObservabilityIndices, Parameter, StatedParameter};
-pub use self::check::{Check, CheckFormat, CheckedCondition, ClosestChange, ConditionPower, Look, PowerAtSize};
+pub use self::check::{
+    ChangedBy, Check, CheckFormat, CheckedCondition, ClosestChange, ConditionPower, Look, PowerAtSize, SizeOfChange,
+};
 pub use self::comparison::{
     BallResiduals, Comparison, ComparisonFormat, CurveBin, JointCurve, JointOffset, Place, SetupResiduals, Standout, ToolShift,
     ViewTest, WorldShift, WorstSample,
@@ -52,6 +58,7 @@ pub use self::diagnosis::{
 pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};
+pub use self::intervention::Intervention;
 pub use self::judged::{BeforeAndAfter, ExpectedAt, Judged, JudgedFormat, StateErrors};
 pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};
 pub use self::misfit::{Correction, Misfit, MisfitFormat, MisfitResidual, Slip};

@@ -59,7 +59,7 @@ pub use ladder_sentences::{
     top_sentences, unconverged_sentence,
 };
 pub use masses::masses_sentence;
-pub use meaning::what;
+pub use meaning::{intervention_words, what};
 pub use misfit::{abnormal_sentences, misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};
 pub use next_step::{in_question_sentence, next_step_sentences};

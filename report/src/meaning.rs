@@ -1,6 +1,6 @@
 //! The meaning of an effect and where to look for it, in shop-floor terms.
 
-use calibench::effects::facts::Meaning;
+use calibench::effects::facts::{Intervention, Meaning};
 use calibench::effects::registry::Registry;
 
 /// Description of an effect that belongs to no family.
@@ -8,7 +8,20 @@ const OWN: &str = "a user-defined effect";
 
 /// The meaning of an effect's family; for a user-defined effect, only that it is one.
 pub(super) fn meaning(registry: &Registry, effect: &str) -> Meaning {
-    registry.family(effect).map_or(Meaning { physics: OWN, look: "" }, |f| f.meaning)
+    registry.family(effect).map_or(Meaning { physics: OWN, intervention: Intervention::IN_THE_MODEL }, |f| f.meaning)
+}
+
+/// What to do about an effect, how to verify it, and what happens otherwise, as sentences; none if it is corrected in the model.
+#[must_use]
+pub fn intervention_words(intervention: &Intervention) -> Vec<String> {
+    if intervention.act.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        format!("Do: {}.", intervention.act),
+        format!("Verify: {}.", intervention.verify),
+        format!("If nothing is done: {}.", intervention.work.if_nothing_is_done()),
+    ]
 }
 
 /// The description of an effect's family; for a user-defined effect, only that it is one.

@@ -240,8 +240,112 @@ pub enum Alias {
 pub struct Meaning {
     /// The physics, in a clause.
     pub physics: &'static str,
-    /// The part to inspect before adding the effect to the model; empty if it is to be corrected in the model.
-    pub look: &'static str,
+    /// What to do about it.
+    pub intervention: Intervention,
+}
+
+/// What a maintenance engineer does about an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Intervention {
+    /// The kind of work.
+    pub work: Work,
+    /// What to do before the effect is added to the model; empty if it is to be corrected in the model.
+    pub act: &'static str,
+    /// The measurement that shows that it helped; empty without `act`.
+    pub verify: &'static str,
+}
+
+impl Intervention {
+    /// The robot is as it was made: the model corrects it.
+    pub const IN_THE_MODEL: Intervention = Intervention { work: Work::Model, act: "", verify: "" };
+}
+
+/// Kinds of work on a robot cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Work {
+    /// Master a joint again.
+    Remaster,
+    /// Tighten or stiffen the tool.
+    Tool,
+    /// Measure the TCP again.
+    TcpMeasured,
+    /// Secure base, pedestal or artifact.
+    Base,
+    /// Warm the arm up.
+    WarmUp,
+    /// Have a belt or a gear adjusted.
+    Service,
+    /// Enter the load that the flange carries.
+    Load,
+    /// Correct a setting of the controller.
+    Setting,
+    /// Look at the artifact or a target.
+    Artifact,
+    /// Look at the gauge, the tracker or the camera.
+    Instrument,
+    /// Repeat a sample or leave it out.
+    Sample,
+    /// Measure in another way.
+    Procedure,
+    /// Leave the robot alone, and correct the effect in the model.
+    Model,
+}
+
+impl Work {
+    /// All kinds.
+    pub const ALL: [Work; 13] = [
+        Work::Remaster,
+        Work::Tool,
+        Work::TcpMeasured,
+        Work::Base,
+        Work::WarmUp,
+        Work::Service,
+        Work::Load,
+        Work::Setting,
+        Work::Artifact,
+        Work::Instrument,
+        Work::Sample,
+        Work::Procedure,
+        Work::Model,
+    ];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Work::Remaster => "re_master",
+            Work::Tool => "secure_tool",
+            Work::TcpMeasured => "measure_tool",
+            Work::Base => "secure_base",
+            Work::WarmUp => "warm_up",
+            Work::Service => "service",
+            Work::Load => "enter_load",
+            Work::Setting => "correct_setting",
+            Work::Artifact => "look_at_artifact",
+            Work::Instrument => "look_at_instrument",
+            Work::Sample => "repeat_sample",
+            Work::Procedure => "measure_otherwise",
+            Work::Model => "leave_alone",
+        }
+    }
+
+    /// What happens if nothing is done, as a clause.
+    pub fn if_nothing_is_done(self) -> &'static str {
+        match self {
+            Work::Remaster => "every program is off by that angle times the reach beyond the joint",
+            Work::Tool => "no tool frame holds, and the next load moves it again",
+            Work::TcpMeasured => "every program with this tool is off by as much as the tool",
+            Work::Base => "every program is off by as much as it moved, and it will move again",
+            Work::WarmUp => "the error comes and goes with every start",
+            Work::Service => "it grows with wear, and the calibration ages with it",
+            Work::Load => "the arm bends otherwise than predicted, and the controller computes with wrong torques",
+            Work::Setting => "every motion of the joint is off by that share",
+            Work::Artifact => "the robot is blamed for what the artifact does",
+            Work::Instrument => "the calibration learns the error of the instrument",
+            Work::Sample => "one sample pulls the whole fit towards it",
+            Work::Procedure => "the calibration learns an error that the robot does not have",
+            Work::Model => "the error stays as it is, and does not grow",
+        }
+    }
 }
 
 /// Appearance of an effect in the residuals, for a reader without equations.

@@ -12,7 +12,9 @@ use super::{EffectError, Subject};
 /// holds the registry from which its effects are built.
 ///
 /// ```
-/// use calibench::effects::facts::{Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+/// use calibench::effects::facts::{
+///     Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
+/// };
 /// use calibench::effects::family::{Family, Origin, Scan};
 /// use calibench::effects::registry::Registry;
 /// use calibench::effects::situation::Situation;
@@ -51,7 +53,10 @@ use super::{EffectError, Subject};
 ///     linear_range: LinearRange::Si(5e-3),
 ///     period: Period::None,
 ///     curve: CurveShape::None,
-///     meaning: Meaning { physics: "a cable pulls the first joint back", look: "look at the hose package" },
+///     meaning: Meaning {
+///         physics: "a cable pulls the first joint back",
+///         intervention: Intervention { work: Work::Service, act: "look at the hose package", verify: "the same postures with the hoses off" },
+///     },
 ///     signature: Signature {
 ///         looks: ["Joint 1 comes short on both sides.", "Against its angle: a step at zero.", "It does not grow with the load."],
 ///         parted_by: "The same postures with the hose package off.",

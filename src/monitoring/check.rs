@@ -22,7 +22,7 @@ mod scene;
 mod seen;
 
 use self::conditions::Condition;
-use self::power::SmallestDetectable;
+use self::power::{ChangeSize, SmallestDetectable, size_of};
 pub use choose::choose_sentinels;
 pub use copies::rows_again;
 pub use noise::NoiseOf;
@@ -42,7 +42,7 @@ use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::math::rms;
 use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
-use crate::robot::FramePose;
+use crate::robot::{FramePose, Robot};
 use crate::units::{DEG, MM};
 
 /// Probability that a check ever reports a change where there is none (by Ville's inequality, decision 0035).
@@ -188,6 +188,8 @@ pub struct RobotCheck {
     /// If something has changed: the single change that comes closest, and what it leaves. It is the one named, unless that is
     /// something else, or several things.
     pub closest: Option<Closest>,
+    /// If something has changed: the size of what is named, if it has one.
+    pub size: Option<ChangeSize>,
     /// Source of the noise of a comparison.
     pub noise: NoiseOf,
     /// Noise of one measurement, as stated for the samples, in units of that of the campaign.
@@ -210,7 +212,7 @@ impl RobotCheck {
         CheckReference::new(calibration, then)?.check(now)
     }
 
-    fn on(scene: &Scene, evidence: &Evidence, noise: NoiseOf) -> RobotCheck {
+    fn on(Judging { scene, columns, evidence }: &Judging, noise: NoiseOf, robot: &Robot) -> RobotCheck {
         let (used, changed) = evidence.decide(&scene.differences);
         let look = |(k, pair): (usize, &Pair)| ViewResult {
             sample: pair.now.clone(),
@@ -229,9 +231,14 @@ impl RobotCheck {
             let (condition, left) = evidence.closest(named, &scene.differences, used)?;
             Some(Closest { condition, left: left.rms()? * noise_of_all, noise: noise_of_all, explains: left.fits })
         });
+        let end = scene.seen[..used].last().map_or(0, |s| s.rows.end);
+        let size = named.filter(|_| changed).and_then(|named| {
+            let columns = columns.iter().find(|columns| columns.condition == *named)?;
+            size_of(columns, &scene.differences.rows(0, end).into_owned(), robot)
+        });
         let noise_ratio = scene.noise_ratio();
         let (given, too_alike) = (scene.pairs.len(), too_alike(&scene.differences));
-        RobotCheck { looks, given, changed, conditions, settled, aliased, closest, noise, noise_ratio, too_alike }
+        RobotCheck { looks, given, changed, conditions, settled, aliased, closest, size, noise, noise_ratio, too_alike }
     }
 }
 
@@ -309,12 +316,12 @@ impl<'a> CheckReference<'a> {
         Ok(Judging { scene, columns, evidence })
     }
 
-    fn concluded(&self, Judging { scene, evidence, .. }: &Judging, now: &Dataset) -> Result<RobotCheck, CheckError> {
+    fn concluded(&self, judging: &Judging, now: &Dataset) -> Result<RobotCheck, CheckError> {
         if let Some((first, second)) = same_measurement(&now.samples) {
             return Err(CheckError::SameRows { first: first.id.clone(), second: second.id.clone() });
         }
-        let check = RobotCheck::on(scene, evidence, self.noise.of.clone());
-        let poses = scene.poses();
+        let check = RobotCheck::on(judging, self.noise.of.clone(), &self.calibration.robot);
+        let poses = judging.scene.poses();
         if !check.changed && poses < FEWEST_POSES {
             return Err(CheckError::TooFewPoses { poses });
         }

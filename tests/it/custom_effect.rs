@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use calibench::diagnosis::library::Library;
 use calibench::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::{Registry, ids};
@@ -178,7 +178,14 @@ static CABLE: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the cables along the arm pull joint 1 towards its middle", look: "look at the hoses" },
+    meaning: Meaning {
+        physics: "the cables along the arm pull joint 1 towards its middle",
+        intervention: Intervention {
+            work: Work::Service,
+            act: "look at the hoses",
+            verify: "the same postures with the hoses off",
+        },
+    },
     signature: Signature {
         looks: [
             "Joint 1 stops short on both sides.",

@@ -5,7 +5,7 @@ use calibench::effects::family::{Family, Origin, Scan};
 use calibench::effects::registry::Registry;
 use calibench::effects::{EffectId, Subject, build};
 use calibench::robot::built_in;
-use calibench_report::{Plausible, Printout, column, gallery_page, optional, plain_table};
+use calibench_report::{Plausible, Printout, column, documents, gallery_page, intervention_words, optional, plain_table};
 use serde_json::json;
 
 use crate::terminal::failure::{Failure, Outcome};
@@ -52,7 +52,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ]);
             documents.push(json!({"id": family.id, "arguments": family.arguments, "origin": origin.name(),
                 "scan": scan(family.scan), "what": family.what, "equation": family.equation, "example": effect.id(),
-                "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
+                "members": family.ids(&subject), "parameters": parameters, "needs": needs,
+                "intervention": documents::Intervention::from(family.meaning.intervention)}));
         }
         if !arguments.json {
             let [what, adds] = [column("what it is"), optional(2, "what it adds")];
@@ -81,9 +82,7 @@ fn told(family: &Family, subject: &Subject<'_>) -> Result<String, Failure> {
     let mut lines = vec![format!("{}{}: {} ({}).", family.id, family.arguments, family.what, family.meaning.physics)];
     lines.extend(family.signature.looks.iter().map(|&sentence| sentence.to_owned()));
     lines.push(format!("What distinguishes it from others: {}", family.signature.parted_by));
-    if !family.meaning.look.is_empty() {
-        lines.push(format!("On the machine: {}.", family.meaning.look));
-    }
+    lines.extend(intervention_words(&family.meaning.intervention));
     lines.push(format!("Equation: {}; plausible: {}.", family.equation, Plausible::of(effect.as_ref())));
     if !needs.is_empty() {
         lines.push(format!("Needs: {}.", needs.join(", ")));

@@ -3,13 +3,13 @@
 use calibench::monitoring;
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::Condition;
-use calibench::monitoring::check::power::SmallestDetectable;
+use calibench::monitoring::check::power::{ChangeSize, SizeComponent, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NoiseOf, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::format_tag;
+use super::{COVERS_95, Intervention, format_tag};
 use crate::charts::{elementary_name, elementary_unit, elementary_words};
 use crate::check::{condition_words, noise_remark, quantity_unit, too_alike_remark, what_to_do};
 
@@ -30,6 +30,9 @@ pub struct Check {
     pub aliased: Vec<String>,
     /// If something has changed: the single change that comes closest, and what it leaves.
     pub closest: Option<ClosestChange>,
+    /// If something has changed: the size of what is named, if it has one.
+    #[serde(default)]
+    pub size: Option<SizeOfChange>,
     /// Source of the noise: `stated`, or `repeats` of the campaign; null for a plan.
     pub noise_from: Option<String>,
     /// Number of samples given.
@@ -93,6 +96,27 @@ pub struct CheckedCondition {
     pub to_do: String,
     /// Its probability.
     pub probability: f64,
+    /// The work, and how it is verified; null if nothing has changed, or nobody knows what.
+    #[serde(default)]
+    pub intervention: Option<Intervention>,
+}
+
+/// Size of the change that is named.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SizeOfChange {
+    /// `deg`, `um`, `ppm`, `kg` or `mdeg/N.m`.
+    pub unit: String,
+    /// One number; or three along x, y and z, of the flange for a tool or a target, of the world for a base or a ball.
+    pub components: Vec<ChangedBy>,
+}
+
+/// A number of a change.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangedBy {
+    /// The number.
+    pub change: f64,
+    /// Its 95 % interval, as a half width.
+    pub within_95: f64,
 }
 
 /// The single change that comes closest to the differences.
@@ -166,6 +190,12 @@ impl Check {
             words: condition_words(&j.condition),
             to_do: what_to_do(&j.condition).into(),
             probability: j.probability,
+            intervention: j.condition.intervention().map(Intervention::from),
+        };
+        let size = |size: &ChangeSize| {
+            let (unit, name, _) = quantity_unit(size.quantity);
+            let changed = |c: &SizeComponent| ChangedBy { change: c.value / unit, within_95: COVERS_95 * c.sigma / unit };
+            SizeOfChange { unit: name.into(), components: size.components.iter().map(changed).collect() }
         };
         let look = |l: &monitoring::check::ViewResult| Look {
             sample: l.sample.clone(),
@@ -197,6 +227,7 @@ impl Check {
             conditions: check.conditions.iter().map(condition).collect(),
             aliased: check.aliased.iter().map(Condition::name).collect(),
             closest: check.closest.as_ref().map(closest),
+            size: check.size.as_ref().map(size),
             noise_from: Some(if check.noise == NoiseOf::Stated { "stated" } else { "repeats" }.into()),
             samples: check.given,
             looks: check.looks.iter().map(look).collect(),
@@ -223,6 +254,7 @@ impl Check {
             conditions: Vec::new(),
             aliased: Vec::new(),
             closest: None,
+            size: None,
             noise_from: None,
             samples: sentinels.len(),
             looks: Vec::new(),

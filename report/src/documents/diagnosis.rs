@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::step::Moment;
-use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, ids, joined};
+use super::{FleetUsed, HeatMap, Intervention, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag, ids, joined};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
@@ -86,6 +86,9 @@ pub struct Finding {
     pub parted_by: Option<String>,
     /// Time of a step; null for other effects.
     pub moment: Option<Moment>,
+    /// What to do about it at the robot; null for a user-defined effect.
+    #[serde(default)]
+    pub intervention: Option<Intervention>,
 }
 
 /// The share of the residual that an effect explains.
@@ -277,6 +280,7 @@ impl Finding {
             exactly_same: ids(&f.exactly_same),
             parted_by: parted_by(f, registry),
             moment: h.moment.as_ref().map(Moment::of),
+            intervention: registry.family(&h.in_model).map(|family| family.meaning.intervention.into()),
         }
     }
 }

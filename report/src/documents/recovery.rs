@@ -6,12 +6,9 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::format_tag;
+use super::{COVERS_95, format_tag};
 
 format_tag!(RecoveryFormat, "calibench-recovery/1");
-
-/// Half of the 95 % interval of a normal distribution, in standard deviations.
-const COVERS_95: f64 = 1.96;
 
 /// What a crash moved, and what to enter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use calibench::effects::Needs;
-use calibench::effects::facts::Follows;
+use calibench::effects::facts::{Follows, Intervention};
 use calibench::effects::registry::Registry;
 use calibench::residuals::Look;
 
@@ -72,10 +72,12 @@ impl Entry {
         say(&self.imitated());
         say("## Which measurement distinguishes them\n");
         say(&format!("{}\n", f.signature.parted_by));
-        say("## Where to look on the machine\n");
-        say(&match f.meaning.look {
-            "" => "There is nothing to repair: add it to the model.\n".to_owned(),
-            look => format!("{}.\n", capital(look)),
+        say("## What to do at the machine\n");
+        say(&match f.meaning.intervention {
+            Intervention { act: "", .. } => "There is nothing to repair: add it to the model.\n".to_owned(),
+            Intervention { work, act, verify } => {
+                format!("{}. Verified by: {verify}. If nothing is done, {}.\n", capital(act), work.if_nothing_is_done())
+            }
         });
         say("## In figures\n");
         say("| | |");

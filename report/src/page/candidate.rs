@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::residuals::Residuals;
 use super::{short, shorts};
 use crate::gallery::gallery_page;
-use crate::meaning::{meaning, what};
+use crate::meaning::{intervention_words, meaning, what};
 use crate::symptom_sentence;
 use calibench::diagnosis::heat_map::Curve;
 use calibench::diagnosis::surfaces::Surface;
@@ -172,7 +172,7 @@ pub(super) fn add_spoken_of(document: &Value, registry: &Registry, meanings: &mu
 /// The name and meaning of an effect, by its id.
 fn meaning_of(registry: &Registry, effect: String) -> (String, Value) {
     let m = meaning(registry, &effect);
-    let said = json!({"name": registry.in_words(&effect), "what": what(registry, &effect), "physics": m.physics, "look": m.look,
+    let said = json!({"name": registry.in_words(&effect), "what": what(registry, &effect), "physics": m.physics, "to_do": intervention_words(&m.intervention),
         "gallery": gallery_page(&effect)});
     (effect, said)
 }

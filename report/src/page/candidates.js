@@ -35,7 +35,7 @@ export function ranking(report) {
   const more = [
     ["effect", (f) => name(report, f), "words"],
     ["what it is", (f) => report.meanings[f.in_model]?.what, "words"],
-    ["where to look", (f) => look(report, f), "words"],
+    ["what to do", (f) => toDo(report, f), "words"],
     ["in these data the same as", rivals, "words"],
     ["as it would be fitted", (f) => size(f, 3), "words"],
   ];
@@ -109,7 +109,8 @@ function doubts(report, f) {
  * @param {Report} report
  * @param {Finding} f
  */
-function look(report, f) {
+function toDo(report, f) {
   const meaning = report.meanings[f.in_model];
-  return [meaning?.look, meaning?.gallery && element("div", { class: "quiet" }, `picture in ${meaning.gallery}`)];
+  const sentences = (meaning?.to_do ?? []).map((text) => element("div", {}, text));
+  return [...sentences, meaning?.gallery && element("div", { class: "quiet" }, `picture in ${meaning.gallery}`)];
 }

@@ -6,7 +6,7 @@ type ErrorBand = [low: number, high: number];
 
 /** Effects in words, by their id. */
 interface Worded {
-  meanings: Record<string, { name: string; what: string; look: string; physics: string; gallery: string | null }>;
+  meanings: Record<string, { name: string; what: string; to_do: string[]; physics: string; gallery: string | null }>;
 }
 
 interface Report extends Worded {

@@ -2,7 +2,7 @@
 //! ball as a share of that of the highest: a stem that bends under its own weight.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -26,7 +26,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the artifact leans, more so higher up", look: "check its clamping" },
+    meaning: Meaning {
+        physics: "the artifact leans, more so higher up",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "check the clamping of the artifact, and support it",
+            verify: "measure the upper balls again: they are where the certificate says",
+        },
+    },
     signature: Signature {
         looks: [
             "The upper balls are off sideways, the lower ones not at all.",

@@ -2,7 +2,7 @@
 //! belongs to the base.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -26,7 +26,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the artifact is warmer or colder than when it was certified", look: "log its temperature" },
+    meaning: Meaning {
+        physics: "the artifact is warmer or colder than when it was certified",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "log the temperature of the artifact",
+            verify: "the distance of two balls far apart, at the temperature of the certificate",
+        },
+    },
     signature: Signature {
         looks: [
             "Balls far from the middle of the artifact are off outwards (or inwards), those in the middle not at all.",

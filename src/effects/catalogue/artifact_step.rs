@@ -5,7 +5,7 @@
 //! or an inspection of the clamps, can distinguish the two.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -36,7 +36,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the artifact was bumped once",
-        look: "check its clamping; what was measured before and after are two sessions",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "tighten the clamps of the artifact; what was measured before and after are two sessions",
+            verify: "three balls measured again at the end agree with the beginning",
+        },
     },
     signature: Signature {
         looks: [

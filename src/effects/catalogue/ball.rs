@@ -1,7 +1,7 @@
 //! `ball:B`: a ball of the artifact moved or was mis-measured. Three parameters, in the world.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_ball;
 use crate::effects::family::{Family, Origin, Scan};
@@ -42,7 +42,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "one ball is not where it was certified to be",
-        look: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
+            verify: "the ball, cleaned and tightened, probed from three postures",
+        },
     },
     signature: Signature {
         looks: [

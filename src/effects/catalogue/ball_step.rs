@@ -1,7 +1,7 @@
 //! `ball_step:B:T`: a ball was knocked once, T seconds into the session: `ball_B += (x, y, z)` after T, in the world.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_ball;
 use crate::effects::family::{Family, Origin, Scan};
@@ -39,7 +39,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "one ball was knocked in the course of the campaign",
-        look: "look at that ball: a loose seat, a collision; measure it again, or leave out what was probed on it before",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "look at that ball: a loose seat, a collision; measure it again, or leave out what was probed on it before",
+            verify: "the ball probed again agrees with its certificate",
+        },
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,7 @@
 //! `base_drift`: base and artifact drift apart, `base += (x, y, z) t` in the world, t being time as a share of the session.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -27,7 +27,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "base and artifact drift apart in the course of the session",
-        look: "check both clamps, and sunlight",
+        intervention: Intervention {
+            work: Work::Base,
+            act: "check the clamps of base and artifact, and sunlight",
+            verify: "one pose measured every ten minutes for an hour stays",
+        },
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,7 @@
 //! `base_frame`: the pose of the robot in the world. `T_W0(chi) = Tr(x, y, z) Rz Ry Rx` (paper Eq. 2), six parameters.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -30,7 +30,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Unlimited,
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the robot does not stand where the program believes", look: "" },
+    meaning: Meaning {
+        physics: "the robot does not stand where the program believes",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "With nothing else fitted, every residual points the same way, or turns about one axis as the pages of a book do.",

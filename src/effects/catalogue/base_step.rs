@@ -2,7 +2,7 @@
 //! after T, in the world.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -33,7 +33,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "base or artifact was bumped once",
-        look: "check both clamps; what was measured before and after are two sessions",
+        intervention: Intervention {
+            work: Work::Base,
+            act: "tighten base and artifact, and measure again whichever moved; what was measured before and after are two set-ups of the same arm",
+            verify: "three poses measured again after an hour of work agree",
+        },
     },
     signature: Signature {
         looks: [

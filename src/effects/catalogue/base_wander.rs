@@ -8,7 +8,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -34,7 +34,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "base and instrument wander apart in the course of the session",
-        look: "check the stand of the instrument, draughts and sunlight; measure a fixed point between the poses",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "check the stand of the instrument, draughts and sunlight; measure a fixed point between the poses",
+            verify: "the fixed point stays within the noise for an hour",
+        },
     },
     signature: Signature {
         looks: [

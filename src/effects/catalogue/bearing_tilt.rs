@@ -2,7 +2,8 @@
 //! frame J.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +32,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(60.0),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "a bearing gives way: the axis tips under the load's moment", look: "" },
+    meaning: Meaning {
+        physics: "a bearing gives way: the axis tips under the load's moment",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "The tool moves across the plane in which the joint turns, more the greater the moment across its axis.",

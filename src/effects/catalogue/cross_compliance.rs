@@ -2,7 +2,7 @@
 //! housing.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::turning;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +31,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
     curve: CurveShape::Line,
-    meaning: Meaning { physics: "two gears share a housing: the torque of one turns the other", look: "" },
+    meaning: Meaning {
+        physics: "two gears share a housing: the torque of one turns the other",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "A joint errs although its own load explains nothing.",

@@ -5,7 +5,7 @@
 //! curve fall with the order; those of a band are equal, and the size of the band is determined from the data.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -33,7 +33,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", look: "" },
+    meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", intervention: Intervention::IN_THE_MODEL },
     signature: Signature {
         looks: [
             "The joint errs by a curve that belongs to no one cause.",

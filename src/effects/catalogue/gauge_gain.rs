@@ -1,7 +1,7 @@
 //! `gauge_gain:I`: an indicator reads low by a share, `tool += g r_I e_I`; visible if residual readings remain.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
@@ -26,7 +26,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "an indicator shows a share too much or too little",
-        look: "check its scale with a gauge block",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "check the scale of that indicator with a gauge block",
+            verify: "the indicator shows the thickness of the block",
+        },
     },
     signature: Signature {
         looks: [

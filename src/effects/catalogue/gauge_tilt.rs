@@ -2,7 +2,7 @@
 //! and K being the other two indicators. The tilt about the other direction appears in their difference and is omitted.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
@@ -25,7 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "a plunger's flat is not square to its travel", look: "check the flat" },
+    meaning: Meaning {
+        physics: "a plunger's flat is not square to its travel",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "check that the flat of that plunger is square to its travel",
+            verify: "push a neighbouring plunger by 1 mm: this indicator stays",
+        },
+    },
     signature: Signature {
         looks: [
             "One indicator errs when the other two are off their zeros.",

@@ -1,7 +1,7 @@
 //! `gauge_zero:I`: an indicator was not zero when the ball was centred, `tool += z e_I` where a ball is probed.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_indicator;
 use crate::effects::family::{Family, Origin, Scan};
@@ -24,7 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-4),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "an indicator's zero is not where mastering put it", look: "master the gauge again" },
+    meaning: Meaning {
+        physics: "an indicator's zero is not where mastering put it",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "master the gauge again",
+            verify: "two masterings in a row differ by less than the noise",
+        },
+    },
     signature: Signature {
         looks: [
             "Every ball is missed by the same small amount along one indicator.",

@@ -1,7 +1,8 @@
 //! `gravity_backlash:J`: lost motion taken up by the load in its own direction, `theta_J += b tanh(tau_J / tau_0)`.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical, Work,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -32,7 +33,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::Sign,
     meaning: Meaning {
         physics: "the play of a gear closes on the side to which the load pulls",
-        look: "test the play of the joint by hand",
+        intervention: Intervention {
+            work: Work::Service,
+            act: "test the play of the joint by hand, and have its gear adjusted",
+            verify: "push and pull the outstretched arm with 50 N: the tool returns to the same reading",
+        },
     },
     signature: Signature {
         looks: [

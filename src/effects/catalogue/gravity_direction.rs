@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::through_compliance::{NEEDS, twist};
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -29,7 +29,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the cell is not level", look: "put a level on the base" },
+    meaning: Meaning {
+        physics: "the cell is not level",
+        intervention: Intervention {
+            work: Work::Base,
+            act: "put a level on the base, and enter how it stands",
+            verify: "the bubble, or the inclination entered in the controller",
+        },
+    },
     signature: Signature {
         looks: [
             "One side of the cell hangs low and the other high, as far as the joints are soft.",

@@ -4,7 +4,7 @@
 //! the wave generator of a strain-wave gear, of which accuracy classes of about 1 arcmin peak to peak allow tens of microradians.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -36,7 +36,10 @@ pub(super) const ONCE: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::PerTurn(1),
     curve: CurveShape::Wave,
-    meaning: Meaning { physics: "a gear or an encoder disc runs eccentric: an error once per turn", look: "" },
+    meaning: Meaning {
+        physics: "a gear or an encoder disc runs eccentric: an error once per turn",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "The joint runs ahead over half a turn and behind over the other half.",
@@ -59,7 +62,7 @@ pub(super) const TWICE: Family = Family {
     period: Period::PerTurn(2),
     meaning: Meaning {
         physics: "a gear runs oval, or an encoder is read at two opposite places: an error twice per turn",
-        look: "",
+        intervention: Intervention::IN_THE_MODEL,
     },
     signature: Signature {
         looks: [
@@ -83,7 +86,11 @@ pub(super) const ANY: Family = Family {
     period: Period::LastArgument,
     meaning: Meaning {
         physics: "teeth, or the wave generator of a strain-wave gear, repeat many times per turn",
-        look: "compare the order with the gear ratio and its double",
+        intervention: Intervention {
+            work: Work::Model,
+            act: "compare the order with the gear ratio and its double: it tells which wheel does it",
+            verify: "the joint turned slowly over a few teeth against an indicator",
+        },
     },
     signature: Signature {
         looks: [

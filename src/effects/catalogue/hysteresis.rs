@@ -5,7 +5,7 @@
 //! Manufacturing 28 (2012)).
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -35,7 +35,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "a gear stops short on the side from which it came: friction and lost motion",
-        look: "approach every pose from the same side",
+        intervention: Intervention {
+            work: Work::Service,
+            act: "approach every pose from the same side; have the gear of the joint adjusted if it grows",
+            verify: "one pose approached ten times from either side: the two means agree",
+        },
     },
     signature: Signature {
         looks: [

@@ -4,7 +4,7 @@
 //! as drawn, or tool and base as measured, who adds it.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +31,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the instrument measures all lengths too long or too short by one share",
-        look: "measure a bar of known length; check the focal length of a camera, the air temperature entered in a tracker",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "measure a bar of known length; check the focal length of a camera, the air temperature entered in a tracker",
+            verify: "the bar has its length",
+        },
     },
     signature: Signature {
         looks: [

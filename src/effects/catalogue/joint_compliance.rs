@@ -3,7 +3,8 @@
 //! tau_J is the moment of the load about +z_J, so a compliant gearbox has c_J > 0; a negative estimate is not physical.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -34,7 +35,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(10.0),
     period: Period::None,
     curve: CurveShape::Line,
-    meaning: Meaning { physics: "gearboxes are springs: the load twists them by c times its torque", look: "" },
+    meaning: Meaning {
+        physics: "gearboxes are springs: the load twists them by c times its torque",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "The tool hangs low, lower the farther the arm reaches out.",

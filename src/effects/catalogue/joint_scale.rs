@@ -2,7 +2,7 @@
 //! prismatic joint. The stiffness of cables and hoses looks the same.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -32,7 +32,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::Line,
     meaning: Meaning {
         physics: "a joint turns a constant share too far: a wrong gear ratio or encoder scale",
-        look: "check the ratio entered in the controller",
+        intervention: Intervention {
+            work: Work::Setting,
+            act: "check the ratio of that joint entered in the controller",
+            verify: "a full turn of the joint against a mark, or an angle gauge",
+        },
     },
     signature: Signature {
         looks: [

@@ -2,7 +2,7 @@
 //! command is correct and 0 if the reading is.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -27,7 +27,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the joints are where they were sent, not where they are reported to be",
-        look: "log the joints as the encoders read them",
+        intervention: Intervention {
+            work: Work::Procedure,
+            act: "log the joints as the encoders read them",
+            verify: "reported and commanded angles differ while the arm moves",
+        },
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,7 @@
 //! `joint_step:J:T`: a joint slipped once, T seconds into the session: `theta_J += s` after T.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +31,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "a joint slipped once: a belt, a clamp, or a collision",
-        look: "look at the robot's log at that moment, and check its mastering",
+        intervention: Intervention {
+            work: Work::Remaster,
+            act: "master that joint again, after a look at the log: a collision, a slipped belt, an exchanged motor",
+            verify: "three touches of the gauge or a pin agree with the calibration (`keep recover`, `keep check`)",
+        },
     },
     signature: Signature {
         looks: [

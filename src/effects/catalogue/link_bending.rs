@@ -7,7 +7,8 @@
 use nalgebra::Vector3;
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical,
 };
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
@@ -31,7 +32,7 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(30.0),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "a link bends and twists as a beam", look: "" },
+    meaning: Meaning { physics: "a link bends and twists as a beam", intervention: Intervention::IN_THE_MODEL },
     signature: Signature {
         looks: [
             "The tool hangs low with a long reach, and the error grows faster than the reach does.",

@@ -6,7 +6,8 @@
 
 use super::through_compliance::{NEEDS, twist};
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -36,7 +37,7 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the arm's links have other masses than entered; it acts through the compliance of the joints",
-        look: "",
+        intervention: Intervention::IN_THE_MODEL,
     },
     signature: Signature {
         looks: [

@@ -7,7 +7,7 @@
 
 use crate::effects::ParameterSpec;
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +31,7 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "a gearbox gives way to the weight of what hangs on it, as far as that can be known without the masses of the links",
-        look: "",
+        intervention: Intervention::IN_THE_MODEL,
     },
     signature: Signature {
         looks: [

@@ -3,7 +3,9 @@
 //!
 //! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} are in the row of joint i (Eq. 1).
 
-use crate::effects::facts::{Alias, CurveShape, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray};
+use crate::effects::facts::{
+    Alias, CurveShape, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+};
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::constant;
@@ -32,7 +34,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(40.0),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "lengths and zeros of the arm differ from the nominal ones", look: "" },
+    meaning: Meaning {
+        physics: "lengths and zeros of the arm differ from the nominal ones",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "The residual changes smoothly with posture and is the same whenever the arm comes back to it.",

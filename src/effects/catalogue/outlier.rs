@@ -1,7 +1,7 @@
 //! `outlier:ID`: one sample disagrees with all others, `target += (x, y, z)` at that sample, in the world.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -50,7 +50,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "one sample disagrees with all others",
-        look: "look at that sample: a wrong ball, a bad contact, a centring that did not end; repeat it or leave it out",
+        intervention: Intervention {
+            work: Work::Sample,
+            act: "look at that sample: a wrong ball, a bad contact, a centring that did not end; clean ball and plungers, repeat it or leave it out",
+            verify: "the same pose measured again agrees with the others",
+        },
     },
     signature: Signature {
         looks: [

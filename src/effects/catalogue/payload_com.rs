@@ -3,7 +3,7 @@
 
 use super::through_compliance::{NEEDS, twist};
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -33,7 +33,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the payload's centre of mass is not as entered; it acts through the compliance of the joints",
-        look: "check its drawing",
+        intervention: Intervention {
+            work: Work::Load,
+            act: "check the centre of mass of the payload against its drawing, and enter it",
+            verify: "the same poses with and without the payload",
+        },
     },
     signature: Signature {
         looks: [

@@ -2,7 +2,8 @@
 
 use super::through_compliance::{NEEDS, twist};
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -32,7 +33,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the payload has another mass than entered; it acts through the compliance of the joints",
-        look: "weigh it",
+        intervention: Intervention {
+            work: Work::Load,
+            act: "weigh what the flange carries, and enter it",
+            verify: "the scale; the same poses measured again",
+        },
     },
     signature: Signature {
         looks: [

@@ -6,7 +6,7 @@
 
 use super::through_compliance::{NEEDS, twist};
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -31,7 +31,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the flange carries more than was entered; it acts through the compliance of the joints",
-        look: "enter the payload: its mass and its centre",
+        intervention: Intervention {
+            work: Work::Load,
+            act: "enter the payload: its mass and its centre",
+            verify: "the same poses with and without the payload",
+        },
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,8 @@
 //! `pedestal`: the base tilts under the overturning moment, `(rx, ry) += (k_x M_x, k_y M_y)` in the base frame.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -30,7 +31,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "what the robot stands on tips under its overturning moment", look: "check the anchor bolts" },
+    meaning: Meaning {
+        physics: "what the robot stands on tips under its overturning moment",
+        intervention: Intervention {
+            work: Work::Base,
+            act: "check the anchor bolts of the pedestal",
+            verify: "an inclinometer on the base, with the arm stretched to opposite sides",
+        },
+    },
     signature: Signature {
         looks: [
             "The base leans after the load, so that the whole arm tips outwards.",

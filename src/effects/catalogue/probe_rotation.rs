@@ -1,7 +1,7 @@
 //! `probe_rotation`: the axes of measured orientations are not those of the tool. Three parameters, a rotation vector in them.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -32,7 +32,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the instrument on the flange is not turned as stated",
-        look: "look at how the probe is mounted; state its axes in the dataset, or that they are free",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "look at how the probe is mounted; state its axes in the dataset, or that they are free",
+            verify: "one posture measured with the wrist turned by 90 deg",
+        },
     },
     signature: Signature {
         looks: [

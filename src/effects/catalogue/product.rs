@@ -4,7 +4,7 @@
 //! A diagnosis seeks the pair with the highest evidence for each joint; most data cannot separate them all.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
 };
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::{Shape, theta};
@@ -32,7 +32,10 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
+    meaning: Meaning {
+        physics: "the error of a joint depends on how two joints stand at once",
+        intervention: Intervention::IN_THE_MODEL,
+    },
     signature: Signature {
         looks: [
             "The error of a joint changes with two angles at once.",

@@ -2,7 +2,7 @@
 //! per indicator.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -32,7 +32,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "a plunger hangs up on the side from which it came",
-        look: "clean it, and approach from one side",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "clean that plunger, and approach from one side",
+            verify: "the plunger pressed and released ten times comes back to the same reading",
+        },
     },
     signature: Signature {
         looks: [

@@ -4,7 +4,8 @@
 //! joint.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical,
 };
 use crate::effects::family::each_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -35,7 +36,7 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::Square,
     meaning: Meaning {
         physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is not a straight line",
-        look: "",
+        intervention: Intervention::IN_THE_MODEL,
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,7 @@
 //! `target:R`: a measured point of the tool is not where it was said to be relative to the TCP. Three parameters, tool axes.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::by_name;
 use crate::effects::family::{Family, Origin, Scan};
@@ -36,7 +36,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "one measured point of the tool is not where it is stated to be",
-        look: "look at the seat of that target; measure its place on the tool again",
+        intervention: Intervention {
+            work: Work::Artifact,
+            act: "look at the seat of that target; measure its place on the tool again",
+            verify: "the target taken off and set again ten times stays",
+        },
     },
     signature: Signature {
         looks: [

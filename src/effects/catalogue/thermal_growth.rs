@@ -5,17 +5,22 @@
 //! Plausible size: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), a typical warm-up of a small arm.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::{Family, Origin, Scan};
 use crate::effects::shape::Shape;
 use crate::effects::situation::Situation;
-use crate::effects::{Emit, Needs, Owner, ParameterSpec};
+use crate::effects::{EffectId, Emit, Needs, Owner, ParameterSpec};
 use crate::robot::sites::{MdhEntry, Site};
 use crate::units::Unit;
 
+impl EffectId {
+    /// Links that grow as the arm warms up.
+    pub const THERMAL_GROWTH: &str = "thermal_growth";
+}
+
 pub(super) const FAMILY: Family = Family {
-    id: "thermal_growth",
+    id: EffectId::THERMAL_GROWTH,
     arguments: "[:temp]",
     name: "thermal growth of the links with {clock}",
     what: "links grow with time, or temperature",
@@ -29,7 +34,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "links grow as the arm warms up", look: "warm the robot up, or log temp_c" },
+    meaning: Meaning {
+        physics: "links grow as the arm warms up",
+        intervention: Intervention {
+            work: Work::WarmUp,
+            act: "let the arm run as long as before the calibration, or log temp_c",
+            verify: "one pose measured every ten minutes stays",
+        },
+    },
     signature: Signature {
         looks: [
             "The arm grows: residuals point outwards along it, more each minute.",

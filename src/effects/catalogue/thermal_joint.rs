@@ -1,7 +1,7 @@
 //! `thermal_joint:J`: a joint's zero drifts, `theta_J += b t`, t being time as a share of the session.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -24,7 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(2e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the zero of a joint drifts as its gear warms up", look: "warm the robot up, or log temp_c" },
+    meaning: Meaning {
+        physics: "the zero of a joint drifts as its gear warms up",
+        intervention: Intervention {
+            work: Work::WarmUp,
+            act: "let the arm run as long as before the calibration, or log temp_c",
+            verify: "one pose measured every ten minutes stays",
+        },
+    },
     signature: Signature {
         looks: [
             "The error of one joint creeps in one direction.",

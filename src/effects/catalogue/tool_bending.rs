@@ -2,7 +2,8 @@
 //! of the last frame. Along z it is stiff; a tool that gave way alike in all directions would be a base that is too low.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Unphysical, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -26,7 +27,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the tool bends under its own weight", look: "stiffen the tool or its bracket" },
+    meaning: Meaning {
+        physics: "the tool bends under its own weight",
+        intervention: Intervention {
+            work: Work::Tool,
+            act: "stiffen the tool or its bracket",
+            verify: "an indicator at the TCP while the hand turns over",
+        },
+    },
     signature: Signature {
         looks: [
             "In the axes of the tool every residual points to where gravity pulls.",

@@ -1,7 +1,7 @@
 //! `tool_frame`: the TCP deviates from the position measured by the CMM. Three parameters, in the last frame.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -30,7 +30,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the TCP is not where it was measured to be", look: "measure the tool again" },
+    meaning: Meaning {
+        physics: "the TCP is not where it was measured to be",
+        intervention: Intervention {
+            work: Work::TcpMeasured,
+            act: "measure the tool again",
+            verify: "the tool turned about its tip: the tip stays",
+        },
+    },
     signature: Signature {
         looks: [
             "With the arm known, every residual is the same in the axes of the tool; a fit of the arm hides nearly all of that in its last links.",

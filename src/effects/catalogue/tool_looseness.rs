@@ -2,7 +2,7 @@
 //! g_k being the direction of gravity along axis k of the last frame.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -28,7 +28,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the tool rocks on the flange to the side to which gravity pulls it",
-        look: "tighten the tool, and clean the seat of its changer",
+        intervention: Intervention {
+            work: Work::Tool,
+            act: "tighten the tool, and clean the seat of its changer",
+            verify: "an indicator at the TCP while the hand turns over: it comes back",
+        },
     },
     signature: Signature {
         looks: [

@@ -1,7 +1,7 @@
 //! `tool_step:T`: the TriCal moved on the flange once, T seconds into the session: `tool += (x, y, z)` after T, in the last frame.
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -30,7 +30,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
     curve: CurveShape::None,
-    meaning: Meaning { physics: "the tool moved on the flange once", look: "check the tool's screws, and measure it again" },
+    meaning: Meaning {
+        physics: "the tool moved on the flange once",
+        intervention: Intervention {
+            work: Work::Tool,
+            act: "tighten the bolts between flange and tool, look at its pins, then measure the tool again",
+            verify: "the tool turned about its tip: the tip stays",
+        },
+    },
     signature: Signature {
         looks: [
             "Up to a certain sample all is well; from then on the tool is off by the same amount in its own axes.",

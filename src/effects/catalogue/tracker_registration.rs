@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -33,7 +33,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the tracker's frame does not coincide with the world's",
-        look: "measure the tracker's reference points again",
+        intervention: Intervention {
+            work: Work::Instrument,
+            act: "measure the reference points of the tracker again",
+            verify: "the reference points agree within the noise",
+        },
     },
     signature: Signature {
         looks: [

@@ -3,7 +3,7 @@
 
 use crate::effects::ParameterSpec;
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::any_joint;
 use crate::effects::family::{Family, Origin, Scan};
@@ -27,7 +27,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "the joints were read before the arm had settled: the error is a part of the last move",
-        look: "wait longer before the joints are read",
+        intervention: Intervention {
+            work: Work::Procedure,
+            act: "wait longer before the joints are read",
+            verify: "one pose read after one second and after ten",
+        },
     },
     signature: Signature {
         looks: [

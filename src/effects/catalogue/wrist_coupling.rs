@@ -3,7 +3,7 @@
 
 use crate::effects::ParameterSpec;
 use crate::effects::facts::{
-    Alias, CurveShape, Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray,
+    Alias, CurveShape, Follows, Intervention, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Work,
 };
 use crate::effects::family::alone;
 use crate::effects::family::{Family, Origin, Scan};
@@ -28,7 +28,11 @@ pub(super) const FAMILY: Family = Family {
     curve: CurveShape::None,
     meaning: Meaning {
         physics: "turning one wrist joint drags the next ones along",
-        look: "check the coupling entered in the controller",
+        intervention: Intervention {
+            work: Work::Setting,
+            act: "check the coupling of the wrist entered in the controller",
+            verify: "one wrist joint turned alone: the reading of the next stays",
+        },
     },
     signature: Signature {
         looks: [

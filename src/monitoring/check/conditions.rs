@@ -4,6 +4,18 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::noise::Whitening;
 use super::seen::Seen;
+use crate::effects::EffectId;
+use crate::effects::facts::Intervention;
+use crate::effects::registry::Registry;
+
+/// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
+/// those of a mass know its place and the springs of the arm only so well. Without it a large change would be taken for one of
+/// more freedom that fits a little better (docs/check.md).
+pub(super) const IN_SHAPE: f64 = 0.03;
+
+/// The same for a mass and for a gear that gives way: the place of the mass is unknown, a calibration determines the compliance of
+/// a joint to some tenths of it only, and masses of links are stated as roughly (docs/check.md).
+const LOAD_IN_SHAPE: f64 = 0.25;
 
 /// A condition in which a robot may be found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,6 +33,10 @@ pub enum Condition {
     TargetMoved(Option<String>),
     /// A joint lost its zero, counted from 1.
     JointSlipped(usize),
+    /// The gear of a joint, counted from 1, gives way more to the load, or less.
+    GearGivesWay(usize),
+    /// A joint, counted from 1, stops short by another amount on the side from which it comes.
+    LostMotion(usize),
     /// The arm is warmer, or colder: all its links have grown in proportion.
     Warm,
     /// The flange carries another mass than entered.
@@ -41,11 +57,33 @@ impl Condition {
             Condition::BallMoved(ball) => format!("ball_moved:{ball}"),
             Condition::TargetMoved(target) => format!("target_moved:{}", target.as_deref().unwrap_or("tcp")),
             Condition::JointSlipped(joint) => format!("joint_slipped:{joint}"),
+            Condition::GearGivesWay(joint) => format!("gear_gives_way:{joint}"),
+            Condition::LostMotion(joint) => format!("lost_motion:{joint}"),
             Condition::Warm => "warm".into(),
             Condition::OtherPayload => "payload_not_as_entered".into(),
             Condition::SingleSample(id) => format!("sample:{id}"),
             Condition::Recalibrate => "recalibrate".into(),
         }
+    }
+
+    /// What is done about it, as the family of effects of which it is an event says; `None` if nothing has changed, or nobody
+    /// knows what.
+    pub fn intervention(&self) -> Option<Intervention> {
+        let family = match self {
+            Condition::Valid | Condition::Recalibrate => return None,
+            Condition::ToolMoved => EffectId::TOOL_STEP,
+            Condition::BaseMoved => EffectId::BASE_STEP,
+            Condition::BallMoved(_) => EffectId::BALL_STEP,
+            Condition::TargetMoved(_) => EffectId::TARGET,
+            Condition::JointSlipped(_) => EffectId::JOINT_STEP,
+            // A gear that was as soft when the robot was calibrated is corrected in the model; one that became softer is worn.
+            Condition::GearGivesWay(_) => EffectId::GRAVITY_BACKLASH,
+            Condition::LostMotion(_) => EffectId::HYSTERESIS,
+            Condition::Warm => EffectId::THERMAL_GROWTH,
+            Condition::OtherPayload => EffectId::PAYLOAD_MASS,
+            Condition::SingleSample(_) => EffectId::OUTLIER,
+        };
+        Registry::catalogue().family(family).map(|family| family.meaning.intervention)
     }
 
     /// True if it displaces all samples, along columns that are linear in its size.
@@ -54,6 +92,16 @@ impl Condition {
             self,
             Condition::BallMoved(_) | Condition::TargetMoved(_) | Condition::SingleSample(_) | Condition::Recalibrate
         )
+    }
+
+    /// The share of its size by which it may be off its columns.
+    pub(super) fn in_shape(&self) -> f64 {
+        match self {
+            Condition::OtherPayload | Condition::GearGivesWay(_) => LOAD_IN_SHAPE,
+            // What one sample misses says nothing of the others.
+            Condition::SingleSample(_) => 0.0,
+            _ => IN_SHAPE,
+        }
     }
 
     /// Conditions of one kind share the probability that the kind has before any data.
@@ -69,6 +117,8 @@ impl Condition {
             Condition::SingleSample(_) => 7,
             Condition::Recalibrate => 8,
             Condition::TargetMoved(_) => 9,
+            Condition::GearGivesWay(_) => 10,
+            Condition::LostMotion(_) => 11,
         }
     }
 }
@@ -133,6 +183,8 @@ pub(super) fn of_several(seen: &[&Seen], whitening: &Whitening) -> Vec<Columns> 
     ];
     let joints = seen.first().map_or(0, |s| s.joints.len());
     all.extend((0..joints).map(|j| (Condition::JointSlipped(j + 1), laid_out(1, &|s, _| s.joints[j]))));
+    all.extend((0..joints).map(|j| (Condition::GearGivesWay(j + 1), laid_out(1, &|s, _| s.gears[j]))));
+    all.extend((0..joints).map(|j| (Condition::LostMotion(j + 1), laid_out(1, &|s, _| s.approaches[j]))));
     if seen.iter().all(|s| s.mass.is_some()) {
         all.push((Condition::OtherPayload, laid_out(1, &|s, _| s.mass.unwrap_or_default())));
     }

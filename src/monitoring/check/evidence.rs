@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView, Dyn, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::conditions::{Columns, Condition, orthonormal};
+use super::conditions::{Columns, Condition, IN_SHAPE, orthonormal};
 use super::{CHANGED_BEFOREHAND, FALSE_ALARM, Judged};
 use crate::diagnosis::evidence::{ln_mean_exp, ln_sum_exp};
 
@@ -24,15 +24,6 @@ const CONFIRMED: usize = 3;
 /// Two nested conditions are distinguished if the narrower one fits worse by more than this sum of squares, in units of the
 /// noise.
 const WORSE: f64 = 9.0;
-
-/// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
-/// those of a mass know its place and the springs of the arm only so well. Without it a large change would be taken for one of
-/// more freedom that fits a little better (docs/check.md).
-const IN_SHAPE: f64 = 0.03;
-
-/// The same for a mass when its fit is judged: its place is unknown, and a calibration determines the compliance of a joint to
-/// some tenths of it only (docs/check.md).
-const MASS_IN_SHAPE: f64 = 0.25;
 
 /// Significance level at which a change does not explain the differences: the probability of a residual at least as large
 /// (docs/check.md).
@@ -356,12 +347,7 @@ impl Hypothesis {
         let rows = seen.differences.nrows();
         let squares = (seen.squares - explained).max(0.0);
         let dof = rows.saturating_sub(rank);
-        let shape = match self.condition {
-            Condition::OtherPayload => MASS_IN_SHAPE,
-            // What one sample misses says nothing of the others.
-            Condition::SingleSample(_) => 0.0,
-            _ => IN_SHAPE,
-        };
+        let shape = self.condition.in_shape();
         let off = 1.0 + shape * shape * explained / rows as f64;
         let chance = ChiSquared::new(dof as f64).map_or(1.0, |chi2| chi2.sf(squares / off));
         Left { squares, dof, fits: chance >= MISFIT }

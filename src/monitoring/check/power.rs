@@ -12,6 +12,7 @@ use super::scene::Scene;
 use super::seen::{Seen, ends};
 use super::{CHANGED_BEFOREHAND, CheckError};
 use crate::identify::calibration::Calibration;
+use crate::math::positive_definite::ScaledCholesky;
 use crate::measure::dataset::NamedDataset;
 use crate::robot::{JointKind, Robot};
 
@@ -71,10 +72,65 @@ pub enum Quantity {
     Length,
     /// rad.
     Angle,
+    /// rad/(N m), or m/N of a sliding joint.
+    Compliance,
     /// kg.
     Mass,
     /// A share of the whole.
     Share,
+}
+
+/// The size of a change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChangeSize {
+    /// Unit of its components.
+    pub quantity: Quantity,
+    /// One number; or three along x, y and z, of the flange for a tool or a target, of the world for a base or a ball.
+    pub components: Vec<SizeComponent>,
+}
+
+/// A number of a change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeComponent {
+    /// The number, SI.
+    pub value: f64,
+    /// One-sigma: of the noise, and of what a change of this size is off its shape.
+    pub sigma: f64,
+}
+
+/// Unit of the change of a condition; `None` if it has no size.
+fn quantity_of(condition: &Condition, robot: &Robot) -> Option<Quantity> {
+    Some(match condition {
+        Condition::Valid | Condition::SingleSample(_) | Condition::Recalibrate => return None,
+        Condition::JointSlipped(joint) | Condition::LostMotion(joint) if robot.kind(joint - 1) == JointKind::Revolute => {
+            Quantity::Angle
+        }
+        Condition::GearGivesWay(_) => Quantity::Compliance,
+        Condition::Warm => Quantity::Share,
+        Condition::OtherPayload => Quantity::Mass,
+        _ => Quantity::Length,
+    })
+}
+
+/// The size of a condition by the first differences (whitened), one of unit variance a row; `None` if it has none, or these do
+/// not show it.
+pub(super) fn size_of(columns: &Columns, differences: &DVector<f64>, robot: &Robot) -> Option<ChangeSize> {
+    let quantity = quantity_of(&columns.condition, robot)?;
+    let end = differences.nrows().min(columns.first + columns.block.nrows());
+    let rows = end.checked_sub(columns.first)?;
+    let block = columns.block.rows(0, rows);
+    let mut factor = ScaledCholesky::of(&block.tr_mul(&block)).ok()?;
+    let mut size = block.tr_mul(&differences.rows(columns.first, rows));
+    factor.solve_in_place(&mut size);
+    let covariance = factor.inverse();
+    // A ball that moved leaves the arm at its old place by as much the other way.
+    let sign = if matches!(columns.condition, Condition::BallMoved(_)) { -1.0 } else { 1.0 };
+    let component = |k: usize| SizeComponent {
+        value: sign * size[k],
+        sigma: covariance[(k, k)].sqrt().hypot(columns.condition.in_shape() * size[k]),
+    };
+    // Rotations of the base, which come after its translations, are in other units.
+    Some(ChangeSize { quantity, components: (0..size.nrows().min(3)).map(component).collect() })
 }
 
 /// The smallest change of one condition that the samples of a check show.
@@ -102,13 +158,7 @@ pub struct Smallest {
 /// of the evidence.
 pub(super) fn shown(columns: &[Columns], evidence: &Evidence, robot: &Robot) -> Vec<SmallestDetectable> {
     let of = |(index, Columns { condition, block, .. }): (usize, &Columns)| {
-        let quantity = match condition {
-            Condition::Valid | Condition::SingleSample(_) | Condition::Recalibrate => return None,
-            Condition::JointSlipped(joint) if robot.kind(joint - 1) == JointKind::Revolute => Quantity::Angle,
-            Condition::Warm => Quantity::Share,
-            Condition::OtherPayload => Quantity::Mass,
-            _ => Quantity::Length,
-        };
+        let quantity = quantity_of(condition, robot)?;
         // Rotations of the base, which come after its translations, are in other units.
         let matrix = block.columns(0, block.ncols().min(3)).into_owned();
         let smallest = least_seen(&matrix).and_then(|displaced| smallest(evidence, index, &displaced));

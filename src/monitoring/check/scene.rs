@@ -16,6 +16,7 @@ use crate::measure::dataset::{Measured, NamedDataset, Sample};
 use crate::residuals::noise::moments;
 use crate::residuals::views::SeenSample;
 use crate::robot::sites::{Axis6, MdhEntry, Site};
+use crate::robot::statics::{Loads, Payload};
 use crate::robot::{Link, Robot};
 
 /// Everything that the check needs of the two measurements.
@@ -159,6 +160,7 @@ fn applied(
     let stays = moments(&measured);
     let mut first_of_stay = HashMap::new();
     let mut applied = Applied { residuals: Vec::new(), whiteners: Vec::new(), seen: Vec::new() };
+    let mut loads = Loads::new(robot.joints());
     problem.for_each_sample(&values, &mut |at| {
         let k = applied.seen.len();
         let whitener = at.whitener / noise.factor;
@@ -178,6 +180,10 @@ fn applied(
             };
             compliance.iter().enumerate().map(twist).sum::<Vector3<f64>>()
         });
+        let payload = dataset.payloads.get(sample.payload).cloned().unwrap_or_else(Payload::none);
+        loads.compute(robot, at.posture, &payload, &dataset.gravity, &Vector3::zeros());
+        let theta = |j: usize| column(Site::mdh(j, MdhEntry::Theta));
+        let side = |j: usize| sample.approach.as_ref().map_or(0.0, |sides| f64::from(sides[j]));
         let whitened = |columns: Vec<Vector3<f64>>| columns.into_iter().map(|c| whitener * c).collect();
         applied.residuals.push(at.residual);
         applied.whiteners.push(whitener);
@@ -192,7 +198,9 @@ fn applied(
             common: noise.common(&measured[k]),
             tool: whitened((0..3).map(|k| column(Site::tool(k))).collect()),
             base: whitened(Axis6::ALL.iter().map(|axis| column(Site::Base(*axis))).collect()),
-            joints: whitened((0..robot.joints()).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect()),
+            joints: whitened((0..robot.joints()).map(theta).collect()),
+            gears: whitened((0..robot.joints()).map(|j| theta(j) * loads.tau[j]).collect()),
+            approaches: whitened((0..robot.joints()).map(|j| theta(j) * side(j)).collect()),
             growth: whitener * growth(robot, &column),
             mass: mass.map(|m| whitener * m),
             moved: whitened((0..3).map(|k| Vector3::ith(k, 1.0)).collect()),
