@@ -41,7 +41,7 @@ pub fn what_to_do(condition: &Condition) -> &'static str {
     match (condition, condition.intervention()) {
         (_, Some(intervention)) => intervention.act,
         (Condition::Valid, None) => "go on using the calibration",
-        (_, None) => "calibrate again",
+        (_, None) => "after a collision, find what moved (`keep recover`); otherwise calibrate again",
     }
 }
 
@@ -183,7 +183,11 @@ fn size_words(condition: &Condition, size: Option<&SizeOfChange>) -> String {
         Condition::ToolMoved | Condition::TargetMoved(_) => "In the axes of the flange, by",
         _ => "In the axes of the world, by",
     };
-    let unit = if unit == "um" { "\u{b5}m" } else { unit };
+    let unit = match unit.as_str() {
+        "um" => "\u{b5}m",
+        "mdeg/N.m" => "mdeg/N\u{b7}m",
+        other => other,
+    };
     format!("{of} {} {unit} (95 %).\n", said.join(", "))
 }
 

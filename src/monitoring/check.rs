@@ -35,15 +35,15 @@ use self::copies::{same_measurement, too_alike};
 use self::evidence::Evidence;
 use self::loads::other_loads;
 use self::noise::ComparisonNoise;
-use self::scene::{Scene, near, noise_of};
+use self::scene::{Scene, noise_of};
 use self::seen::{Seen, ends};
 use crate::identify::are_copied;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
 use crate::math::rms;
-use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
+use crate::measure::dataset::{Ball, Dataset, NamedDataset};
 use crate::robot::{FramePose, Robot};
-use crate::units::{DEG, MM};
+use crate::units::MM;
 
 /// Probability that a check ever reports a change where there is none (by Ville's inequality, decision 0035).
 pub const FALSE_ALARM: f64 = 0.01;
@@ -63,9 +63,6 @@ const FEWEST_POSES: usize = 3;
 
 /// Ratio of the stated noise to that of the campaign, or its inverse, from which the difference is remarked on (docs/check.md).
 pub const NOISE_ALIKE: f64 = 3.0;
-
-/// Two samples are of one pose if no joint differs by more, rad or 0.01 m (docs/check.md).
-const SAME_POSE: f64 = 1.0 * DEG;
 
 /// Reasons why a check is not possible.
 #[derive(Debug, Error)]
@@ -384,23 +381,4 @@ struct Pair {
     then: String,
     change: Vector3<f64>,
     noise: f64,
-}
-
-/// The counterparts of a sample: all rows of the same target, payload and pose.
-fn counterparts(sample: &Sample, now: &Dataset, then: &Dataset) -> Vec<usize> {
-    let ball = |d: &Dataset, s: &Sample| match &s.measured {
-        Measured::Ball { ball, .. } => d.balls.get(*ball).map(|b| b.id.clone()),
-        Measured::Distance { anchor, .. } => d.anchors.get(*anchor).map(|a| format!("anchor {}", a.id)),
-        Measured::Point(_) => None,
-    };
-    let payload = |d: &Dataset, s: &Sample| d.payloads.get(s.payload).map(|p| p.name.clone());
-    let point = |d: &Dataset, s: &Sample| s.tool_target.and_then(|t| d.tool_targets.get(t)).map(|t| t.id.clone());
-    let alike = |other: &Sample| {
-        near(other, sample)
-            && ball(then, other) == ball(now, sample)
-            && payload(then, other) == payload(now, sample)
-            && point(then, other) == point(now, sample)
-            && std::mem::discriminant(&other.measured) == std::mem::discriminant(&sample.measured)
-    };
-    (0..then.samples.len()).filter(|&k| Use::All.takes(&then.samples[k]) && alike(&then.samples[k])).collect()
 }

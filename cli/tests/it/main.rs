@@ -6,6 +6,7 @@ mod a_check_goes_from_plan_to_history;
 mod a_crash_goes_from_touches_to_values;
 mod a_designed_artifact_keeps_its_promise;
 mod a_diagnosis_says_what_to_do;
+mod a_fault_ends_in_its_intervention;
 mod a_history_loses_no_check;
 mod a_killed_campaign_becomes_the_same_dataset;
 mod a_killed_campaign_goes_on;

@@ -34,7 +34,7 @@ pub(super) const FAMILY: Family = Family {
         physics: "the tool moved on the flange once",
         intervention: Intervention {
             work: Work::Tool,
-            act: "tighten the bolts between flange and tool, look at its pins, then measure the tool again",
+            act: "tighten the bolts between flange and tool, look at its pins, master the gauge if it carries one; then measure the tool again",
             verify: "the tool turned about its tip: the tip stays",
         },
     },

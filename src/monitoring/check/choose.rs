@@ -3,11 +3,12 @@
 use nalgebra::DMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use super::CheckError;
 use super::conditions::{of_several, orthonormal};
 use super::noise::Whitening;
 use super::scene::Scene;
+use super::scene::counterparts;
 use super::seen::Seen;
-use super::{CheckError, counterparts};
 use crate::identify::calibration::Calibration;
 use crate::measure::dataset::NamedDataset;
 

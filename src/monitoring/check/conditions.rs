@@ -17,6 +17,10 @@ pub(super) const IN_SHAPE: f64 = 0.03;
 /// a joint to some tenths of it only, and masses of links are stated as roughly (docs/check.md).
 const LOAD_IN_SHAPE: f64 = 0.25;
 
+/// Torque, N m, of which a joint must carry more at a sample for its gear to be asked about: less is not known from masses, and
+/// what stands by it would be taken for the gear (docs/check.md).
+const LEAST_TORQUE: f64 = 0.5;
+
 /// A condition in which a robot may be found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
@@ -94,10 +98,15 @@ impl Condition {
         )
     }
 
+    /// True if it acts through a load, which is known by its proportions only.
+    pub(super) fn is_of_load(&self) -> bool {
+        matches!(self, Condition::OtherPayload | Condition::GearGivesWay(_))
+    }
+
     /// The share of its size by which it may be off its columns.
     pub(super) fn in_shape(&self) -> f64 {
         match self {
-            Condition::OtherPayload | Condition::GearGivesWay(_) => LOAD_IN_SHAPE,
+            _ if self.is_of_load() => LOAD_IN_SHAPE,
             // What one sample misses says nothing of the others.
             Condition::SingleSample(_) => 0.0,
             _ => IN_SHAPE,
@@ -183,8 +192,12 @@ pub(super) fn of_several(seen: &[&Seen], whitening: &Whitening) -> Vec<Columns> 
     ];
     let joints = seen.first().map_or(0, |s| s.joints.len());
     all.extend((0..joints).map(|j| (Condition::JointSlipped(j + 1), laid_out(1, &|s, _| s.joints[j]))));
-    all.extend((0..joints).map(|j| (Condition::GearGivesWay(j + 1), laid_out(1, &|s, _| s.gears[j]))));
-    all.extend((0..joints).map(|j| (Condition::LostMotion(j + 1), laid_out(1, &|s, _| s.approaches[j]))));
+    let is_loaded = |j: &usize| seen.iter().any(|s| s.torques[*j].abs() >= LEAST_TORQUE);
+    let gear = |j: usize| (Condition::GearGivesWay(j + 1), laid_out(1, &|s, _| s.joints[j] * s.torques[j]));
+    all.extend((0..joints).filter(is_loaded).map(gear));
+    let lost =
+        |j: usize| (Condition::LostMotion(j + 1), laid_out(1, &|s, _| s.joints[j] * s.sides.get(j).copied().unwrap_or(0.0)));
+    all.extend((0..joints).map(lost));
     if seen.iter().all(|s| s.mass.is_some()) {
         all.push((Condition::OtherPayload, laid_out(1, &|s, _| s.mass.unwrap_or_default())));
     }

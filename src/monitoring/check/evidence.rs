@@ -213,7 +213,9 @@ impl Evidence {
 
     /// Conditions that the first `samples` cannot distinguish from this one: nested in it or it in them, and fitting as well.
     pub fn aliased_with(&self, condition: &Condition, differences: &DVector<f64>, samples: usize) -> Vec<Condition> {
-        let Some(named) = self.hypotheses.iter().find(|h| h.condition == *condition) else { return Vec::new() };
+        // Any change at all is none that could be mistaken for another.
+        let named = self.hypotheses.iter().find(|h| h.condition == *condition && !h.is_general());
+        let Some(named) = named else { return Vec::new() };
         let seen = self.so_far(differences, samples);
         // Of the rows so far, where the condition displaces some.
         let basis = |h: &Hypothesis| {

@@ -125,9 +125,11 @@ pub(super) fn size_of(columns: &Columns, differences: &DVector<f64>, robot: &Rob
     let covariance = factor.inverse();
     // A ball that moved leaves the arm at its old place by as much the other way.
     let sign = if matches!(columns.condition, Condition::BallMoved(_)) { -1.0 } else { 1.0 };
+    // What is off the columns differs from row to row; a load is off in all alike.
+    let alike = if columns.condition.is_of_load() { 1.0 } else { (rows as f64).sqrt() };
     let component = |k: usize| SizeComponent {
         value: sign * size[k],
-        sigma: covariance[(k, k)].sqrt().hypot(columns.condition.in_shape() * size[k]),
+        sigma: covariance[(k, k)].sqrt().hypot(columns.condition.in_shape() * size[k] / alike),
     };
     // Rotations of the base, which come after its translations, are in other units.
     Some(ChangeSize { quantity, components: (0..size.nrows().min(3)).map(component).collect() })

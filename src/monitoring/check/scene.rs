@@ -7,17 +7,25 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use super::conditions::Elementary;
 use super::noise::{ComparisonNoise, NoiseOf, Whitening};
 use super::seen::Seen;
-use super::{CheckError, Pair, SAME_POSE, counterparts};
+use super::{CheckError, Pair};
 use crate::identify::Application;
 use crate::identify::calibration::Calibration;
 use crate::identify::problem::Use;
 use crate::math::positive_definite::inverse;
-use crate::measure::dataset::{Measured, NamedDataset, Sample};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use crate::residuals::noise::moments;
 use crate::residuals::views::SeenSample;
 use crate::robot::sites::{Axis6, MdhEntry, Site};
 use crate::robot::statics::{Loads, Payload};
 use crate::robot::{Link, Robot};
+use crate::units::DEG;
+
+/// Two samples are of one pose if no joint differs by more, rad or 0.01 m (docs/check.md).
+const SAME_POSE: f64 = 1.0 * DEG;
+
+/// The same for samples of one name: a joint that lost its zero stands elsewhere when the robot has found the ball again
+/// (docs/check.md).
+const SAME_POSE_BY_NAME: f64 = 5.0 * DEG;
 
 /// Everything that the check needs of the two measurements.
 pub(super) struct Scene {
@@ -134,8 +142,28 @@ impl Scene {
 }
 
 /// True if two samples are of one pose.
-pub(super) fn near(a: &Sample, b: &Sample) -> bool {
-    a.q.len() == b.q.len() && a.q.iter().zip(&b.q).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+fn near(a: &Sample, b: &Sample) -> bool {
+    let within = if a.id == b.id { SAME_POSE_BY_NAME } else { SAME_POSE };
+    a.q.len() == b.q.len() && a.q.iter().zip(&b.q).all(|(a, b)| (a - b).abs() <= within)
+}
+
+/// The counterparts of a sample: all rows of the same target, payload and pose.
+pub(super) fn counterparts(sample: &Sample, now: &Dataset, then: &Dataset) -> Vec<usize> {
+    let ball = |d: &Dataset, s: &Sample| match &s.measured {
+        Measured::Ball { ball, .. } => d.balls.get(*ball).map(|b| b.id.clone()),
+        Measured::Distance { anchor, .. } => d.anchors.get(*anchor).map(|a| format!("anchor {}", a.id)),
+        Measured::Point(_) => None,
+    };
+    let payload = |d: &Dataset, s: &Sample| d.payloads.get(s.payload).map(|p| p.name.clone());
+    let point = |d: &Dataset, s: &Sample| s.tool_target.and_then(|t| d.tool_targets.get(t)).map(|t| t.id.clone());
+    let alike = |other: &Sample| {
+        near(other, sample)
+            && ball(then, other) == ball(now, sample)
+            && payload(then, other) == payload(now, sample)
+            && point(then, other) == point(now, sample)
+            && std::mem::discriminant(&other.measured) == std::mem::discriminant(&sample.measured)
+    };
+    (0..then.samples.len()).filter(|&k| Use::All.takes(&then.samples[k]) && alike(&then.samples[k])).collect()
 }
 
 /// Every sample stands for itself: a pose of its own with one counterpart.
@@ -182,8 +210,6 @@ fn applied(
         });
         let payload = dataset.payloads.get(sample.payload).cloned().unwrap_or_else(Payload::none);
         loads.compute(robot, at.posture, &payload, &dataset.gravity, &Vector3::zeros());
-        let theta = |j: usize| column(Site::mdh(j, MdhEntry::Theta));
-        let side = |j: usize| sample.approach.as_ref().map_or(0.0, |sides| f64::from(sides[j]));
         let whitened = |columns: Vec<Vector3<f64>>| columns.into_iter().map(|c| whitener * c).collect();
         applied.residuals.push(at.residual);
         applied.whiteners.push(whitener);
@@ -198,9 +224,9 @@ fn applied(
             common: noise.common(&measured[k]),
             tool: whitened((0..3).map(|k| column(Site::tool(k))).collect()),
             base: whitened(Axis6::ALL.iter().map(|axis| column(Site::Base(*axis))).collect()),
-            joints: whitened((0..robot.joints()).map(theta).collect()),
-            gears: whitened((0..robot.joints()).map(|j| theta(j) * loads.tau[j]).collect()),
-            approaches: whitened((0..robot.joints()).map(|j| theta(j) * side(j)).collect()),
+            joints: whitened((0..robot.joints()).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect()),
+            torques: loads.tau.clone(),
+            sides: sample.approach.as_ref().map_or_else(Vec::new, |sides| sides.iter().map(|s| f64::from(*s)).collect()),
             growth: whitener * growth(robot, &column),
             mass: mass.map(|m| whitener * m),
             moved: whitened((0..3).map(|k| Vector3::ith(k, 1.0)).collect()),

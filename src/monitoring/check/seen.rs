@@ -28,9 +28,9 @@ pub(super) struct Seen {
     pub tool: Vec<Vector3<f64>>,
     pub base: Vec<Vector3<f64>>,
     pub joints: Vec<Vector3<f64>>,
-    /// Of a gear that gives way, per unit of compliance, and of a joint that stops short, per unit of angle.
-    pub gears: Vec<Vector3<f64>>,
-    pub approaches: Vec<Vector3<f64>>,
+    /// Torques of the load, N m, and sides of the approach, -1 or 1, by joint; no sides where they are not known.
+    pub torques: Vec<f64>,
+    pub sides: Vec<f64>,
     pub growth: Vector3<f64>,
     pub mass: Option<Vector3<f64>>,
     pub moved: Vec<Vector3<f64>>,

@@ -34,7 +34,7 @@ fn sentences_of_diagnosis_comparison_and_ladder_call_it_by_its_words() {
     let found = diagnose(&data, &model).unwrap();
     assert_eq!((found.verdict, &found.set95[..]), (Verdict::Identified, &[ID.into()][..]));
     let said: String = sentences(&found).iter().map(|s| format!("{}\n", s.text)).collect();
-    for text in [CALLED, HOSE_PULL.meaning.physics, HOSE_PULL.meaning.look] {
+    for text in [CALLED, HOSE_PULL.meaning.physics, HOSE_PULL.meaning.intervention.act] {
         assert!(said.contains(text), "{text}: {said}");
     }
     // It has no page in the gallery, which shows the catalogue.
