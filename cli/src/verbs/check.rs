@@ -165,15 +165,7 @@ fn probe(
         scenario.expect_trical("keep check")?;
         Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
     };
-    check_output_folder(folder, "dataset", DATASET_TOML)?;
-    // A check that was measured on another day says nothing of today.
-    if folder.join(DATASET_TOML).is_file() {
-        return Err(Box::new(LocatedError {
-            path: folder.join(DATASET_TOML),
-            field: "samples",
-            problem: "is a check that was measured already, and nothing has moved; name a folder that is not there, or judge this one as DATASET, without --cell".into(),
-        }));
-    }
+    expect_unmeasured(folder)?;
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
@@ -190,11 +182,38 @@ fn probe(
     let under =
         vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.dataset.hash.clone())];
     let choice = Choice { choose: Some(&mut choose), silent: arguments.json, under };
-    if is_real {
-        return measure_cell::run(cell, &arguments.real, plan, Some(folder), arguments.resume, choice);
-    }
     let Arguments { seed, visit, resume, .. } = *arguments;
-    simulate(&Simulated { scenario: cell, plan: Some(plan), output: folder, seed, plant: None, visit, resume }, choice)
+    let simulated = Simulated { scenario: cell, plan: Some(plan), output: folder, seed, plant: None, visit, resume };
+    measure_on(&simulated, plan, &arguments.real, choice)
+}
+
+/// Measures a plan on a cell, which is real if its file says so.
+pub fn measure_on(
+    cell: &Simulated<'_>,
+    plan: &Path,
+    real: &measure_cell::CellArguments,
+    choice: Choice<'_>,
+) -> Result<Outcome, Failure> {
+    if is_cell(cell.scenario) {
+        measure_cell::run(cell.scenario, real, plan, Some(cell.output), cell.resume, choice)
+    } else {
+        simulate(cell, choice)
+    }
+}
+
+/// Refuses a folder in which something was measured already: it says nothing of today.
+pub fn expect_unmeasured(folder: &Path) -> Result<(), Failure> {
+    check_output_folder(folder, "dataset", DATASET_TOML)?;
+    if folder.join(DATASET_TOML).is_file() {
+        return Err(Box::new(LocatedError {
+            path: folder.join(DATASET_TOML),
+            field: "samples",
+            problem:
+                "was measured already, and nothing has moved; name a folder that is not there, or judge this one without --cell"
+                    .into(),
+        }));
+    }
+    Ok(())
 }
 
 /// The sample that a pose will give: at the joints of its sample in the campaign, where the true arm had the ball, if these are

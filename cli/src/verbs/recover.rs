@@ -6,6 +6,7 @@ use calibench::files::disk::{check_output_folder, is_file, write_whole};
 use calibench::files::{read_text, with_reasons};
 use calibench::identify::calibration::{Calibration, write_calibration};
 use calibench::identify::fleet::{Fleet, read_fleet};
+use calibench::measure::dataset::file::DATASET_TOML;
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
 use calibench::recovery::mastering::{Controller, Drive, MasteringEntry};
@@ -15,11 +16,15 @@ use calibench::robot::robot_file::robot;
 use calibench::robot::{JointKind, Robot};
 use calibench_report::{documents, recovery_text};
 
-use super::check::write_poses_of;
+use super::check::{expect_unmeasured, measure_on, write_poses_of};
+use super::measure::Simulated;
+use super::measure::cell::CellArguments;
 use crate::arguments::choices::seed;
+use crate::arguments::choosing::Choice;
 use crate::arguments::data::{dataset, read_calibration_to_use, read_datasets};
 use crate::terminal::failure::{Failure, LocatedError, Outcome};
-use crate::terminal::output::{check_outputs, print_answer, print_json};
+use crate::terminal::output::{check_outputs, note, print_answer, print_json};
+use crate::terminal::streams::input;
 
 /// Files in the output folder.
 const NOW: &str = "now.toml";
@@ -30,7 +35,7 @@ const RESULT: &str = "recovery.json";
 pub struct Arguments {
     /// What was known before: a calibration, a fleet, a robot file, or the name of a built-in robot
     earlier: String,
-    /// Dataset folder of the touches; with --plan, of the cell in which they are to be made
+    /// Dataset folder of the touches; with --plan, of the cell in which they are to be made; with --cell, for what is measured
     #[arg(value_parser = dataset())]
     touches: PathBuf,
     /// Output folder for the robot as it is, for `compensate`, and as it will be when the values are entered; with --plan the
@@ -53,16 +58,27 @@ pub struct Arguments {
     #[arg(long)]
     instrument_moved: bool,
     /// Plan this many touches in place of judging any
-    #[arg(long, value_name = "N", requires = "output", value_parser = clap::value_parser!(u16).range(3..=20))]
-    plan: Option<u16>,
+    #[arg(long = "plan", id = "count", value_name = "N", requires = "output", value_parser = clap::value_parser!(u16).range(3..=20))]
+    count: Option<u16>,
     /// The plan by which the campaign TOUCHES was measured: the touches are chosen among its poses, with their ways
-    #[arg(long, value_name = "PLAN", requires = "plan")]
+    #[arg(long, value_name = "PLAN", requires = "count")]
     of: Option<PathBuf>,
-    /// Seed of the planned postures
-    #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
-    seed: u64,
+    /// The plan of the touches, with --cell: they are made first, and TOUCHES is the folder for what is measured
+    #[arg(long = "by", id = "plan", value_name = "PLAN", requires = "cell", value_parser = input())]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    real: CellArguments,
+    /// Visit to a simulated cell: 1 is the first after the campaign
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "cell")]
+    visit: u64,
+    /// Resume interrupted touches from their journal
+    #[arg(long, requires = "cell")]
+    resume: bool,
+    /// Seed of the planned postures, 1 by default, or of a simulated cell, if not the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
     /// Print one JSON document instead of a table
-    #[arg(long, conflicts_with = "plan")]
+    #[arg(long, conflicts_with = "count")]
     json: bool,
 }
 
@@ -84,6 +100,12 @@ enum Known {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let known = read_known(&arguments.earlier)?;
     let folder = &arguments.touches;
+    if let (Some(cell), Some(plan)) = (&arguments.real.cell, &arguments.plan) {
+        match touch(arguments, cell, plan)? {
+            Outcome::Done if folder.join(DATASET_TOML).is_file() => {}
+            outcome => return Ok(outcome),
+        }
+    }
     let (_, touches) = read_datasets(std::slice::from_ref(folder))?.remove(0);
     let located = |e: RecoveryError| located(folder, &e);
     // The touches are of the set-up of the campaign, whatever their folder is called.
@@ -97,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Known::Nominal(_) => (Earlier::Nominal, "touches"),
     };
     let named = NamedDataset::new(name, &touches);
-    if let (Some(count), Some(file)) = (arguments.plan, &arguments.output) {
+    if let (Some(count), Some(file)) = (arguments.count, &arguments.output) {
         check_outputs([file])?;
         if let Some(of) = &arguments.of {
             let chosen = choose_touches(earlier, named, usize::from(count), arguments.instrument_moved).map_err(located)?;
@@ -106,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             print_answer(format!("{} touches of the campaign, with their ways, are in {}.", ids.len(), file.display()))?;
             return Ok(Outcome::Done);
         }
-        let chosen = plan_touches(earlier, named, usize::from(count), arguments.instrument_moved, arguments.seed);
+        let chosen = plan_touches(earlier, named, usize::from(count), arguments.instrument_moved, arguments.seed.unwrap_or(1));
         return write_touches(&chosen.map_err(located)?, &touches, file);
     }
     if let Some(folder) = &arguments.output {
@@ -132,6 +154,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         say_next(arguments, &found)?;
     }
     Ok(if found.verdict == Verdict::NothingMoved { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// Makes the touches on a cell.
+fn touch(arguments: &Arguments, cell: &Path, plan: &Path) -> Result<Outcome, Failure> {
+    let folder = &arguments.touches;
+    expect_unmeasured(folder)?;
+    note("The ways are planned for the robot as it was: watch the first touches at low speed.");
+    let under = vec![("recover.earlier", arguments.earlier.clone())];
+    let choice = Choice { choose: None, silent: arguments.json, under };
+    let Arguments { seed, visit, resume, .. } = *arguments;
+    let simulated = Simulated { scenario: cell, plan: Some(plan), output: folder, seed, plant: None, visit, resume };
+    measure_on(&simulated, plan, &arguments.real, choice)
 }
 
 /// What is still to be given, and the files.

@@ -50,6 +50,14 @@ fn a_lost_zero_is_found_entered_and_found_well() {
     let entry = zero.enter.as_ref().unwrap();
     assert!(entry.is_new_value && (entry.value - (3.0 + 80.0 * zero.change.to_radians())).abs() < 1e-9, "{entry:?}");
 
+    // The verb makes the touches as well, and says the same of them.
+    let on_cell = "calibration.toml touched --cell crashed.toml --by touches.toml --visit 0";
+    let again = recovered(folder, on_cell, 1);
+    assert_eq!((again.zeros.len(), again.zeros[0].joint, again.zeros[0].change), (1, 4, zero.change));
+    let refused = called(folder, &format!("keep recover {on_cell}"));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("was measured already"));
+
     // At most twenty lines of eighty characters.
     let text = called(folder, "keep recover calibration.toml touches --controller kuka");
     let text = String::from_utf8(text.stdout).unwrap();
