@@ -69,8 +69,8 @@ pub struct Arguments {
     /// Operating mode that the robot reports
     #[arg(long, default_value = "AUT", value_parser = ["T1", "T2", "AUT", "EX"])]
     mode: String,
-    /// Take commands for the cell's attendant from standard input: `ball in`, `ball out` for the master ball; `ball` asks for
-    /// its place
+    /// Take commands for the cell's attendant from standard input: `ball in`, `ball out` for the master ball, `ball` asks for
+    /// its place; `reset` after an emergency stop
     #[arg(long)]
     commands: bool,
     /// Fault to inject, NAME[:PART][@WHEN]; may be repeated. The guide docs/serve.md lists the faults

@@ -149,3 +149,44 @@ fn the_disk_is_full() {
     assert_eq!(again.status.code(), Some(0), "{}", said(&again));
     assert_none_lost(&before, &bench.path("full"));
 }
+
+/// Emergency stops at random motions, the controller reset and the campaign resumed: all finish, and nothing is lost.
+fn stops_are_reset(many: u64) {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(50);
+    let mut amid = 0;
+    for k in 0..many {
+        let bench = bench();
+        let at = random.random_range(1..=45);
+        let mut served = bench.serve(&["--fault", &format!("estop@{at}")]);
+        served.tell("ball out");
+        assert_eq!(served.answer("reset"), "nothing is stopped");
+        bench.write_cell(&served, "", "", "");
+        let name = format!("reset{k}");
+        let output = bench.measured(&name, &["--mastered"]);
+        let before = measurements(&bench.path(&format!("{name}.journal")));
+        assert_eq!(output.status.code(), Some(3), "{name}, stop at motion {at}: {}", said(&output));
+        let still = bench.measured(&name, &["--resume", "--mastered"]);
+        let refused = ["the emergency stop is pressed", "reset the program on the controller"];
+        assert_eq!(still.status.code(), Some(3), "{name}, stop at motion {at}: {}", said(&still));
+        assert!(refused.iter().any(|words| said(&still).contains(words)), "{name}, stop at motion {at}: {}", said(&still));
+        served.tell("reset");
+        let again = bench.measured(&name, if before.is_empty() { &["--resume", "--mastered"] } else { &["--resume"] });
+        assert_eq!(again.status.code(), Some(0), "{name}, stop at motion {at}: {}", said(&again));
+        assert_none_lost(&before, &bench.path(&name));
+        amid += usize::from(!before.is_empty());
+    }
+    println!("{many} of {many} finish, {amid} with measurements before the stop");
+}
+
+#[test]
+fn an_emergency_stop_is_reset() {
+    stops_are_reset(4);
+}
+
+/// A study: `validation/run`.
+#[test]
+#[ignore = "fifty campaigns: validation/run"]
+fn fifty_emergency_stops_are_reset() {
+    stops_are_reset(50);
+}

@@ -76,6 +76,8 @@ pub struct Controller {
     pub robot: Robot,
     /// Notified when a variable was written.
     pub written: Notify,
+    /// Notified when somebody resets the controller after a stop and starts its program again.
+    pub reset: Notify,
     /// Counts how many times all links were broken.
     pub broken_links: watch::Sender<u64>,
     variables: RefCell<Variables>,
@@ -84,6 +86,18 @@ pub struct Controller {
 }
 
 impl Controller {
+    /// Releases the emergency stop, acknowledges the message and starts the program again, as an operator does; false if nothing
+    /// is stopped.
+    pub fn restart(&self) -> bool {
+        let is_stopped = self.get("$STOPMESS") == Some(Value::Bool(true));
+        if is_stopped {
+            self.variables.borrow_mut().put_all(STATE, Access::ReadOnly);
+            self.put("COM_ACTION", Value::Integer(0), Access::Writable);
+            self.reset.notify_waiters();
+        }
+        is_stopped
+    }
+
     /// The controller of `robot` in this cell, with its program running in operating mode `mode` (`T1`, `AUT` ...) and `tool`
     /// in the robot's last frame.
     pub fn new(floor: Rc<Floor>, robot: Robot, tool: &FramePose, gravity: Vector3<f64>, mode: &str) -> Self {
@@ -107,6 +121,7 @@ impl Controller {
             floor,
             robot,
             written: Notify::new(),
+            reset: Notify::new(),
             broken_links,
             variables: RefCell::new(variables),
             underway: RefCell::default(),

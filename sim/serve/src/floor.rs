@@ -150,7 +150,7 @@ impl Floor {
             ["ball", "out"] => self.take_master(),
             ["ball"] if self.master.borrow().is_seated => return "in",
             ["ball"] => return "out",
-            _ => return "say `ball in` or `ball out`; `ball` asks where it is",
+            _ => return "say `ball in` or `ball out`, `ball` to ask where it is, or `reset` after a stop",
         }
         "ok"
     }

@@ -100,11 +100,11 @@ pub fn serve(
             indicators.push(connect(&floor, axis, service).await?);
         }
         spawn_local(program::run(Rc::clone(&controller), service.program));
-        spawn_local(robot::listen(listener, controller, service.robot));
+        spawn_local(robot::listen(listener, Rc::clone(&controller), service.robot));
         let attendant = Rc::clone(&floor);
         spawn_local(async move { attendant.attend().await });
         if service.takes_commands {
-            spawn_local(follow_commands(Rc::clone(&floor)));
+            spawn_local(follow_commands(controller));
         }
         let interrupted = interrupted().map_err(system("signals"))?;
         let [x, y, z] = <[String; 3]>::try_from(indicators).unwrap_or_default();
@@ -115,12 +115,16 @@ pub fn serve(
 }
 
 /// Carries out commands from standard input, line by line; each answer is written to standard output when the command is done.
-async fn follow_commands(floor: Rc<Floor>) {
+async fn follow_commands(controller: Rc<Controller>) {
     let (sender, mut commands) = unbounded_channel();
     // A thread that waits for standard input cannot be woken; it ends with the program.
     std::thread::spawn(move || io::stdin().lock().lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
     while let Some(command) = commands.recv().await {
-        let answer = floor.tell_attendant(&command);
+        let answer = match command.trim() {
+            "reset" if controller.restart() => "ok",
+            "reset" => "nothing is stopped",
+            _ => controller.floor.tell_attendant(&command),
+        };
         let mut out = io::stdout().lock();
         // Losing the answer does no harm.
         drop(writeln!(out, "{answer}").and_then(|()| out.flush()));

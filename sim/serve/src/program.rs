@@ -34,7 +34,7 @@ enum Failed {
     Emergency,
 }
 
-/// Runs the program until it is stopped; then returns.
+/// Runs the program, again after each stop that is reset.
 pub async fn run(controller: Rc<Controller>, kind: Loop) {
     loop {
         let action = controller.number("COM_ACTION") as i64;
@@ -55,7 +55,8 @@ pub async fn run(controller: Rc<Controller>, kind: Loop) {
                     for name in ["$ALARM_STOP", "$PERI_RDY"].into_iter().filter(|_| stop == Failed::Emergency) {
                         controller.put(name, Value::Bool(false), Access::ReadOnly);
                     }
-                    return;
+                    controller.reset.notified().await;
+                    continue;
                 }
             };
             controller.put("COM_RESULT", Value::Integer(result.number()), Access::Writable);

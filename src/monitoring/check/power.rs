@@ -94,7 +94,7 @@ pub struct ChangeSize {
 pub struct SizeComponent {
     /// The number, SI.
     pub value: f64,
-    /// One-sigma: of the noise, and of what a change of this size is off its shape.
+    /// One-sigma: of the noise, or of what the change leaves if that is more; of a load also what its proportions leave open.
     pub sigma: f64,
 }
 
@@ -125,12 +125,13 @@ pub(super) fn size_of(columns: &Columns, differences: &DVector<f64>, robot: &Rob
     let covariance = factor.inverse();
     // A ball that moved leaves the arm at its old place by as much the other way.
     let sign = if matches!(columns.condition, Condition::BallMoved(_)) { -1.0 } else { 1.0 };
-    // What is off the columns differs from row to row; a load is off in all alike.
-    let alike = if columns.condition.is_of_load() { 1.0 } else { (rows as f64).sqrt() };
-    let component = |k: usize| SizeComponent {
-        value: sign * size[k],
-        sigma: covariance[(k, k)].sqrt().hypot(columns.condition.in_shape() * size[k] / alike),
-    };
+    // What it leaves beyond the noise is off its columns, and so is its size.
+    let left = (differences.rows(columns.first, rows) - block * &size).norm_squared();
+    let excess = (left / rows.saturating_sub(size.nrows()).max(1) as f64).sqrt().max(1.0);
+    // A load is off in all rows alike.
+    let alike = if columns.condition.is_of_load() { columns.condition.in_shape() } else { 0.0 };
+    let component =
+        |k: usize| SizeComponent { value: sign * size[k], sigma: (excess * covariance[(k, k)].sqrt()).hypot(alike * size[k]) };
     // Rotations of the base, which come after its translations, are in other units.
     Some(ChangeSize { quantity, components: (0..size.nrows().min(3)).map(component).collect() })
 }
