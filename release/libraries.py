@@ -35,6 +35,8 @@ class Library:
     is_linked: bool = True
     sha256: str = ""
     uses: tuple[str, ...] = ()
+    authors: tuple[str, ...] = ()
+    repository: str = ""
 
 
 def cargo(*arguments: str) -> str:
@@ -125,7 +127,7 @@ def libraries(target: str, venv: Path | None) -> list[Library]:
         found.append(
             Library(
                 package["name"], package["version"], expression(package["license"]), source, purl(identity), texts,
-                key(identity) in linked, sums[key(identity)], tuple(uses),
+                key(identity) in linked, sums[key(identity)], tuple(uses), tuple(package["authors"]), package["repository"] or source,
             )
         )
     missing = compiled - {(library.name, library.version) for library in found}
@@ -154,6 +156,7 @@ def licences(found: list[Library], program: str) -> str:
     numbers: dict[str, int] = {}
     texts: list[str] = []
     rows = []
+    without = []
     for library in (library for library in found if library.is_linked and not library.name.startswith("calibench")):
         of_it = []
         for path in library.texts:
@@ -163,7 +166,8 @@ def licences(found: list[Library], program: str) -> str:
                 texts.append(text)
                 numbers[same] = len(texts)
             of_it.append(numbers[same])
-        said = ", ".join(str(number) for number in sorted(set(of_it))) or "none in its package"
+        said = ", ".join(str(number) for number in sorted(set(of_it))) or "see below"
+        without += [] if of_it else [f"{library.name} {library.version}: by {', '.join(library.authors) or 'the authors of ' + library.repository}"]
         rows.append((library.name, library.version, library.licence, said, library.source))
     widths = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
@@ -172,6 +176,10 @@ def licences(found: list[Library], program: str) -> str:
         "The numbers are those of the texts below.",
         "",
         *("  ".join([*(cell.ljust(width) for cell, width in zip(row, widths)), row[4]]) for row in rows),
+        "",
+        "These state their licence by its name alone, and hold no text of it:",
+        "",
+        *without,
     ]
     for number, text in enumerate(texts, 1):
         lines += ["", "=" * 100, f"Text {number}", "=" * 100, "", text]
