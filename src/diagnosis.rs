@@ -171,6 +171,8 @@ pub struct Diagnosis {
     pub fitted: Vec<String>,
     /// The families to which all these effects belong.
     pub registry: Registry,
+    /// True if the masses of the links are guessed, so that loads are known by their proportions only.
+    pub masses_guessed: bool,
 }
 
 /// Odds against the background beyond which a single sample disagrees with all others.

@@ -115,9 +115,10 @@ def next_measurements(data: Data, model: AnyModel = None, *, scenario: StrPath |
     return Result(["plan", "next", *_several(data), *of_model, *of_scenario, f"--seed={seed}", *_forced(force)], keep=(data, written))
 
 
-def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False) -> Result:
-    """Judges a calibration on poses that it has not seen."""
-    return Result(["validate", calibration, *_several(data), *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
+def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False, fitted: bool = False) -> Result:
+    """Judges a calibration on poses that it has not seen; ``fitted`` asks for the residuals of the rows that were fitted, which are no errors."""
+    flags = [*(["--set-up-anew"] if set_up_anew else []), *(["--fitted"] if fitted else [])]
+    return Result(["validate", calibration, *_several(data), *flags], keep=(calibration, data))
 
 
 def check(calibration: Calibration | StrPath, data: Dataset | StrPath | None = None, *, then: Dataset | StrPath, sentinels: int = 5) -> Result:

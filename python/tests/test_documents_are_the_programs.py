@@ -37,6 +37,7 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
     assert cb.compare(calibration, data).json() == printed("compare", written, data.folder, "--json")
     assert str(cb.compare(calibration, data, rows="all")) == printed("compare", written, data.folder, "--all")
     assert cb.validate(calibration, data).json() == printed("validate", written, data.folder, "--json")
+    assert cb.validate(calibration, data, fitted=True).json() == printed("validate", written, data.folder, "--fitted", "--json")
     diagnosis = cb.diagnose(data, path)
     assert diagnosis.json() == printed("diagnose", data.folder, "--model", path, "--json")
     assert diagnosis["verdict"] in str(diagnosis) and diagnosis._repr_html_().startswith("<pre")

@@ -2,11 +2,11 @@
 
 use calibench::effects::facts::Intervention;
 use calibench::monitoring::check::conditions::Condition;
-use calibench::monitoring::check::power::{Power, Quantity, SHOWN, SmallestDetectable};
+use calibench::monitoring::check::power::{ChangeSize, Power, Quantity, SHOWN, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
-use super::documents::{self, ChangedBy, SizeOfChange};
+use super::figures::COVERS_95;
 use super::printout::Printout;
 use super::tables::plain_rows;
 
@@ -161,18 +161,25 @@ fn closest_words(check: &RobotCheck, named: &Condition) -> String {
     }
 }
 
+/// The numbers of a change and halves of their 95 % intervals, in the unit in which it is printed.
+pub(crate) fn sizes(size: &ChangeSize) -> Vec<[f64; 2]> {
+    let (unit, ..) = quantity_unit(size.quantity);
+    size.components.iter().map(|c| [c.value / unit, COVERS_95 * c.sigma / unit]).collect()
+}
+
 /// The size of the named change, as a line; empty if it has none.
-fn size_words(condition: &Condition, size: Option<&SizeOfChange>) -> String {
-    let Some(SizeOfChange { unit, components }) = size else { return String::new() };
-    let digits = match unit.as_str() {
-        "deg" => 4,
-        "kg" | "mdeg/N.m" => 2,
-        _ => 0,
+fn size_words(condition: &Condition, size: Option<&ChangeSize>) -> String {
+    let Some(size) = size else { return String::new() };
+    let (_, _, unit) = quantity_unit(size.quantity);
+    let digits = match size.quantity {
+        Quantity::Angle => 4,
+        Quantity::Mass | Quantity::Compliance => 2,
+        Quantity::Length | Quantity::Share => 0,
     };
-    let number = |c: &ChangedBy| format!("{:+.digits$} \u{b1} {:.digits$}", c.change, c.within_95);
-    let said: Vec<String> = match &components[..] {
+    let number = |[change, within]: &[f64; 2]| format!("{change:+.digits$} \u{b1} {within:.digits$}");
+    let said: Vec<String> = match &sizes(size)[..] {
         [one] => vec![number(one)],
-        several => ["x", "y", "z"].iter().zip(several).map(|(axis, c)| format!("{axis} {}", number(c))).collect(),
+        several => ["x", "y", "z"].iter().zip(several).map(|(axis, one)| format!("{axis} {}", number(one))).collect(),
     };
     let of = match condition {
         Condition::JointSlipped(_) => "It stands further than it shows by",
@@ -183,18 +190,12 @@ fn size_words(condition: &Condition, size: Option<&SizeOfChange>) -> String {
         Condition::ToolMoved | Condition::TargetMoved(_) => "In the axes of the flange, by",
         _ => "In the axes of the world, by",
     };
-    let unit = match unit.as_str() {
-        "um" => "\u{b5}m",
-        "mdeg/N.m" => "mdeg/N\u{b7}m",
-        other => other,
-    };
     format!("{of} {} {unit} (95 %).\n", said.join(", "))
 }
 
 /// The check as text: the verdict, what to do, and the samples; `shown` are the smallest changes that they show.
 #[must_use]
 pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout {
-    let document = documents::Check::of(check, shown);
     let used = check.looks.len();
     let mut out = Printout::default();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
@@ -226,7 +227,7 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout 
                 format!("samples: {used}")
             };
             out.push(format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
-            out.push(size_words(&first.condition, document.size.as_ref()));
+            out.push(size_words(&first.condition, check.size.as_ref()));
             out.push(format!("Do: {}.\n", what_to_do(&first.condition)));
             if let Some(Intervention { work, verify, .. }) = first.condition.intervention() {
                 out.push(format!("Verify: {verify}.\nIf nothing is done: {}.\n", work.if_nothing_is_done()));

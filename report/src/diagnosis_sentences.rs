@@ -72,7 +72,7 @@ fn unconverged(d: &Diagnosis) -> Option<String> {
 }
 
 /// The first effect named, suspect samples excluded.
-fn first(d: &Diagnosis) -> Option<&Finding> {
+pub(super) fn first(d: &Diagnosis) -> Option<&Finding> {
     let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(Finding::is_sample));
     d.findings.get(aside)
 }

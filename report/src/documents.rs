@@ -36,9 +36,6 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Half of the 95 % interval of a normal distribution, in standard deviations.
-const COVERS_95: f64 = 1.96;
-
 pub use self::calibration::{Calibration, CalibrationFormat, ObservabilityIndices, Parameter, StatedParameter};
 pub use self::check::{
     ChangedBy, Check, CheckFormat, CheckedCondition, ClosestChange, ConditionPower, Look, PowerAtSize, SizeOfChange,

@@ -27,6 +27,9 @@ macro_rules! path {
     }};
 }
 
+/// Half of the 95 % interval of a normal distribution, in standard deviations.
+pub(crate) const COVERS_95: f64 = 1.96;
+
 /// Residual of the fitted rows, rms, 3-D.
 pub const RESIDUAL: Figure = Figure {
     name: "residual of the fit",

@@ -1,12 +1,15 @@
 //! The first screen: how bad it was, how good it is now at the same poses, where that is true, what causes it, what to do.
 
-use super::diagnosis_sentences::cause_words;
+use super::diagnosis_sentences::{cause_words, first};
 use super::effect_names::capital;
 use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
 use super::ladder_sentences::unconverged_sentence;
+use super::meaning::meaning;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::{Table, plain_table, validation_row};
+use calibench::diagnosis::{Diagnosis, Verdict};
+use calibench::effects::facts::{Intervention, Work};
 use calibench::identify::fit::Outcome;
 use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
@@ -110,12 +113,21 @@ pub fn expected_sentence(expected: &Expectations) -> String {
     }
 }
 
+/// What to do at the robot about the cause, if it is one and not corrected in the model alone.
+fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
+    let is_named = matches!(cause.verdict_of_the_rest(), Verdict::Identified | Verdict::Partly);
+    let first = first(cause).filter(|_| is_named)?;
+    let Intervention { work, act, .. } = meaning(&cause.registry, &first.hypothesis.in_model).intervention;
+    (work != Work::Model).then_some(act)
+}
+
 /// What to do with a calibration that was written to this file, in order. `noise_stated` is false if the noise of the instrument is
 /// only known from the residual.
 #[must_use]
 pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
     let Judgement { advice, cause, .. } = judgement;
     let mut all = vec![format!("use {file}")];
+    all.extend(at_the_robot(cause).map(|act| format!("at the robot: {act}")));
     match advice.to_do {
         ToDo::Unknown if cause.outcome == Outcome::Converged => {
             return vec!["correct the data, which do not fit the robot, and calibrate again".into()];

@@ -329,6 +329,7 @@ impl<'a> Evidence<'a> {
             contributions: contributions(examination, &self.relevance),
             fitted: examination.model.ids(),
             registry: examination.model.registry.clone(),
+            masses_guessed: self.datasets.iter().any(|d| d.dataset.robot.masses_guessed),
             abnormal: abnormal(&examination.calibration(self.datasets)),
             by_row_order: None,
             unbelievable: self.unbelievable,

@@ -260,7 +260,7 @@ fn twelve_faults_and_a_sound_robot() {
 
 /// The study of docs/check.md: the right work first in 90 %, 99 % of healthy robots left alone, sizes in 95 % of their intervals.
 #[test]
-#[ignore = "a study of some minutes: validation/run"]
+#[ignore = "480 faults: validation/run a_fault_ends_in_its_intervention"]
 fn twelve_faults_over_many_campaigns() {
     let tally = tally(100..110, 4, 30);
     println!("| what happened | checks | right work first |\n|---|---|---|");

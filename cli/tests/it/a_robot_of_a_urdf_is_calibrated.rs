@@ -100,6 +100,7 @@ fn from_measurements_to_a_calibrated_urdf() {
     assert_eq!(document["masses_guessed"], true, "{document}");
     assert!(document["effects"].as_array().unwrap().contains(&Value::from("joint_compliance")), "{document}");
     assert_eq!(read["robots"][0]["masses_guessed"], true);
+    assert_eq!(json("diagnose d --json")["masses_guessed"], true);
     for arguments in ["identify d -o with-compliance.toml", "diagnose d", "robots from-urdf arm.urdf -o arm.toml"] {
         let words = said(&done(arguments)).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains(GUESSED), "{arguments}: {words}");

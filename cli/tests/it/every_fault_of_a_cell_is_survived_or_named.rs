@@ -186,7 +186,7 @@ fn an_emergency_stop_is_reset() {
 
 /// A study: `validation/run`.
 #[test]
-#[ignore = "fifty campaigns: validation/run"]
+#[ignore = "fifty stops: validation/run every_fault_of_a_cell_is_survived_or_named"]
 fn fifty_emergency_stops_are_reset() {
     stops_are_reset(50);
 }

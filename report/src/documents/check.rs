@@ -3,15 +3,15 @@
 use calibench::monitoring;
 use calibench::monitoring::check::charts::{Charts, RUN_LENGTH};
 use calibench::monitoring::check::conditions::Condition;
-use calibench::monitoring::check::power::{ChangeSize, SizeComponent, SmallestDetectable};
+use calibench::monitoring::check::power::{ChangeSize, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NoiseOf, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{COVERS_95, Intervention, format_tag};
+use super::{Intervention, format_tag};
 use crate::charts::{elementary_name, elementary_unit, elementary_words};
-use crate::check::{condition_words, noise_remark, quantity_unit, too_alike_remark, what_to_do};
+use crate::check::{condition_words, noise_remark, quantity_unit, sizes, too_alike_remark, what_to_do};
 
 format_tag!(CheckFormat, "calibench-check/1");
 
@@ -193,9 +193,9 @@ impl Check {
             intervention: j.condition.intervention().map(Intervention::from),
         };
         let size = |size: &ChangeSize| {
-            let (unit, name, _) = quantity_unit(size.quantity);
-            let changed = |c: &SizeComponent| ChangedBy { change: c.value / unit, within_95: COVERS_95 * c.sigma / unit };
-            SizeOfChange { unit: name.into(), components: size.components.iter().map(changed).collect() }
+            let (_, name, _) = quantity_unit(size.quantity);
+            let changed = |[change, within_95]: [f64; 2]| ChangedBy { change, within_95 };
+            SizeOfChange { unit: name.into(), components: sizes(size).into_iter().map(changed).collect() }
         };
         let look = |l: &monitoring::check::ViewResult| Look {
             sample: l.sample.clone(),

@@ -134,6 +134,9 @@ pub struct Contribution {
 pub struct Diagnosis {
     /// Format tag.
     pub format: DiagnosisFormat,
+    /// True if the masses of the links are guessed from the reach of the arm.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub masses_guessed: bool,
     /// Number of fitted rows.
     pub samples: usize,
     /// Degrees of freedom.
@@ -297,6 +300,7 @@ impl Diagnosis {
             |(effect, size): &(EffectId, f64)| Unbelievable { effect: effect.to_string(), size_plausible: *size };
         Diagnosis {
             format: DiagnosisFormat::Current,
+            masses_guessed: d.masses_guessed,
             samples: d.samples,
             dof: d.dof,
             residual_mm: d.rms / MM,

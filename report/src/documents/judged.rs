@@ -95,6 +95,9 @@ pub struct ExpectedAt {
 pub struct Judged {
     /// Format tag.
     pub format: JudgedFormat,
+    /// True if the masses of the links are guessed from the reach of the arm.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub masses_guessed: bool,
     /// The errors measured.
     pub errors: BeforeAndAfter,
     /// The errors to expect of the recommended model.
@@ -123,6 +126,7 @@ impl Judged {
             [&expected.held_out, &expected.inside, &expected.over_limits].map(|e| e.as_ref().map(Workspace::of));
         Judged {
             format: JudgedFormat::Current,
+            masses_guessed: judgement.cause.masses_guessed,
             errors: BeforeAndAfter::of(&judgement.errors, tolerance),
             expected: ExpectedAt { held_out, inside, over_limits },
             verdict: judgement.cause.verdict.name().into(),

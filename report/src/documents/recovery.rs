@@ -6,7 +6,8 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{COVERS_95, format_tag};
+use super::format_tag;
+use crate::figures::COVERS_95;
 
 format_tag!(RecoveryFormat, "calibench-recovery/1");
 
