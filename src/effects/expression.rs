@@ -35,12 +35,21 @@ pub struct ExpressionError {
     pub remedy: String,
 }
 
+/// Ending of the names of joints at the sample before.
+pub(super) const BEFORE: &str = "_before";
+
 /// The meaning of a name; joints counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Variable {
     Angle(usize),
+    AngleBefore(usize),
+    AngleCommanded(usize),
     Torque(usize),
     Approach(usize),
+    /// A component of the direction of gravity in the last frame.
+    Down(usize),
+    /// A coordinate of the TCP in the world.
+    Tcp(usize),
     PayloadMass,
     Time,
     Temperature,
@@ -49,18 +58,32 @@ enum Variable {
 impl Variable {
     fn all(joints: usize) -> impl Iterator<Item = (String, Variable)> {
         let each = (0..joints).flat_map(|j| {
-            let names = [("q", Variable::Angle(j)), ("tau", Variable::Torque(j)), ("approach", Variable::Approach(j))];
-            names.map(|(name, variable)| (format!("{name}{}", j + 1), variable))
+            [
+                ("q", "", Variable::Angle(j)),
+                ("tau", "", Variable::Torque(j)),
+                ("approach", "", Variable::Approach(j)),
+                ("q", BEFORE, Variable::AngleBefore(j)),
+                ("q", "_commanded", Variable::AngleCommanded(j)),
+            ]
+            .map(|(name, ending, variable)| (format!("{name}{}{ending}", j + 1), variable))
         });
+        let along = ["x", "y", "z"]
+            .into_iter()
+            .enumerate()
+            .flat_map(|(k, axis)| [(format!("down_{axis}"), Variable::Down(k)), (format!("tcp_{axis}_m"), Variable::Tcp(k))]);
         let others = [("payload_kg", Variable::PayloadMass), ("time_s", Variable::Time), ("temp_c", Variable::Temperature)];
-        each.chain(others.map(|(name, variable)| (name.to_owned(), variable)))
+        each.chain(along).chain(others.map(|(name, variable)| (name.to_owned(), variable)))
     }
 
     fn value(self, at: &Situation<'_>) -> Option<f64> {
         match self {
             Variable::Angle(j) => at.q.get(j).copied(),
+            Variable::AngleBefore(j) => at.q_before.and_then(|q| q.get(j)).copied(),
+            Variable::AngleCommanded(j) => at.q_commanded.and_then(|q| q.get(j)).copied(),
             Variable::Torque(j) => at.loads.tau.get(j).copied(),
             Variable::Approach(j) => at.approach.and_then(|signs| signs.get(j)).map(|&s| f64::from(s)),
+            Variable::Down(k) => Some(at.gravity_in_last_frame()[k]),
+            Variable::Tcp(k) => Some(at.posture.tcp()[k]),
             Variable::PayloadMass => Some(at.payload.mass),
             Variable::Time => at.time_s,
             Variable::Temperature => at.temp_c,
@@ -69,7 +92,10 @@ impl Variable {
 
     fn needs(self) -> Option<Needs> {
         match self {
-            Variable::Angle(_) | Variable::PayloadMass => None,
+            Variable::Angle(_) | Variable::AngleBefore(_) | Variable::Down(_) | Variable::Tcp(_) | Variable::PayloadMass => {
+                None
+            }
+            Variable::AngleCommanded(_) => Some(Needs::Commanded),
             Variable::Torque(_) => Some(Needs::Torques),
             Variable::Approach(_) => Some(Needs::Approach),
             Variable::Time => Some(Needs::Time),
@@ -273,7 +299,7 @@ impl<'a> Reader<'a> {
                 None => {
                     let n = self.joints;
                     format!(
-                        "variables are q1 ... q{n}, tau1 ..., approach1 ..., payload_kg, time_s, temp_c; functions {}",
+                        "variables are q1 ... q{n}, tau1 ..., approach1 ..., q1_before ..., q1_commanded ..., down_x ..., tcp_x_m ..., payload_kg, time_s, temp_c; functions {}",
                         FUNCTIONS.join(", ")
                     )
                 }
@@ -374,6 +400,7 @@ mod tests {
         let (posture, loads, payload) = (Posture::new(&robot), Loads::new(6), Payload { mass: 6.0, ..Payload::none() });
         let mut at = Situation::at_rest(&robot, &Q, &posture, &loads, &payload);
         at.time_s = Some(120.0);
+        at.q_before = Some(&Q[1..]);
         Expression::parse(text, 6).unwrap_or_else(|e| panic!("{text}: {e}")).at(&at).expect("all variables are known")
     }
 
@@ -403,6 +430,8 @@ mod tests {
             ("exp(-time_s/60)", (-2.0_f64).exp()),
             ("abs(sqrt(4) - ln(exp(3))) + tanh(0) + pi", 1.0 + std::f64::consts::PI),
             ("atan(tan(q3))", q3),
+            ("q1_before - q2", 0.0),
+            ("down_x^2 + down_y^2 + down_z^2", 1.0),
         ] {
             assert!((value(text) - expected).abs() < 1e-12, "{text}: {} against {expected}", value(text));
         }

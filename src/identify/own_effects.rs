@@ -38,7 +38,8 @@ pub struct OwnEffectTable {
 struct OwnTermTable {
     /// The site that moves: `kind:index` or `kind:index:axis`.
     site: String,
-    /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `payload_kg`, `time_s`, `temp_c`; its value times the coefficient
+    /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `q1_before` ..., `q1_commanded` ..., `down_x` ..., `tcp_x_m` ...,
+    /// `payload_kg`, `time_s`, `temp_c`; its value times the coefficient
     /// is in m or rad, depending on the site.
     basis: String,
     /// Terms of one group share one coefficient, `NAME.GROUP`.

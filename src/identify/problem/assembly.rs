@@ -17,6 +17,7 @@ use super::wanted::{StatedPrior, wanted};
 use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects;
 use crate::effects::facts::Follows;
+use crate::effects::own::OwnEffect;
 use crate::effects::{Effect, EffectId, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::dataset::{Dataset, NamedDataset};
@@ -268,8 +269,8 @@ impl<'a> Assembly<'a> {
             without_indices: false,
         };
         for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
-            let moves_matter =
-                model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove)));
+            let of_catalogue = |e: &EffectId| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove));
+            let moves_matter = model.effects.iter().any(of_catalogue) || model.own.iter().any(OwnEffect::follows_last_move);
             let before = if moves_matter { joints_before(&dataset.samples) } else { vec![None; dataset.samples.len()] };
             for (sample, before) in dataset.samples.iter().zip(before).filter(|(s, _)| which.takes(s)) {
                 let setup = setup_of[&(d, sample.session.as_deref())];
