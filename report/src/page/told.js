@@ -23,7 +23,7 @@ const BY_WHAT = [
 function labelled(text) {
   const [, word, rest] = text.match(BEGINS) ?? [null, null, text];
   if (word === "Not believable at this size") return ["Beware", `Not believable at this size: ${rest}`];
-  if (word === "If nothing is done") return ["Otherwise", capital(rest)];
+  if (word === "If nothing is done") return ["If not", capital(rest)];
   if (text.startsWith(OF_THE_FIT)) return ["Residual", text.slice(OF_THE_FIT.length)];
   if (word) return [word === "WARNING" ? "Warning" : word, /^[a-z]+[ ,]/.test(rest) ? capital(rest) : rest];
   return [BY_WHAT.find(([, of]) => of.test(text))?.[0] ?? "Noted", text];
