@@ -5,7 +5,8 @@ import { element, unfold, worded } from "./elements.js";
 import { capital } from "./text.js";
 
 // What a sentence of the program begins with.
-const BEGINS = /^(Saw|Means|Do|Verify|If nothing is done|Not tested|Order|Repeats|WARNING|Not believable at this size): (.*)$/s;
+const BEGINS =
+  /^(Saw|Means|Do|Verify|If nothing is done|Not tested|Order|Repeats|WARNING|Not believable at this size): (.*)$/s;
 
 const OF_THE_FIT = "Residual of the fit ";
 
