@@ -166,7 +166,7 @@ fn beside_none(trials: u64, seed: u64, draw: impl Fn(&mut ChaCha8Rng) -> (Fleet,
     format!("{without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}")
 }
 
-/// The study of docs/fleets.md.
+/// The study of docs/validation-studies.md.
 #[test]
 #[ignore = "a study: validation/run a_fleet_helps_the_next_robot"]
 fn fleets_in_numbers() {

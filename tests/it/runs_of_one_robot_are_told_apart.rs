@@ -122,7 +122,7 @@ const CLASSES: [(&str, f64, f64); 4] = [
     ("gears of 100 urad, pairs of joints 50", 100.0 * URAD, 50.0 * URAD),
 ];
 
-/// The study of docs/runs.md.
+/// The study of docs/validation-studies.md.
 #[test]
 #[ignore = "a study: validation/run runs_of_one_robot_are_told_apart"]
 fn runs_in_hundreds() {
