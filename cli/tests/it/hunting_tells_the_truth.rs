@@ -40,7 +40,10 @@ const RIPPLE: [(&str, &[Shown]); 5] = [
     ),
     (
         "ripple: diagnose",
-        &[("diagnose runs/ripple/trical", &["Residual of", "Verdict", "Saw", "Means", "Do", "Expected", "Next"])],
+        &[(
+            "diagnose runs/ripple/trical",
+            &["Residual of", "Verdict", "Saw", "Means", "Do", "Verify", "If nothing", "Expected", "Next"],
+        )],
     ),
     (
         "ripple: add",
@@ -73,7 +76,10 @@ const UR10: [(&str, &[Shown]); 5] = [
     ),
     (
         "ur10: diagnose",
-        &[("diagnose A", &["Residual of", "Verdict", "Saw", "Means", "Do", "Next", "│ effect  ", "│ harmonic:"])],
+        &[(
+            "diagnose A",
+            &["Residual of", "Verdict", "Saw", "Means", "Do", "Verify", "If nothing", "Next", "│ effect  ", "│ harmonic:"],
+        )],
     ),
     (
         "ur10: add",
