@@ -341,7 +341,7 @@ impl Text {
     }
 }
 
-/// The places of bytes that are no UTF-8, as of a name in Latin-1: they are part of no word, and words keep the length that they have in the file.
+/// The places of bytes that are not UTF-8, as in a name in Latin-1: they belong to no word, so that words are as long as in the file.
 fn foreign_bytes(bytes: &[u8]) -> Vec<usize> {
     let mut at = 0;
     let mut foreign = Vec::new();

@@ -1,12 +1,12 @@
 //! A check of a calibrated robot in words and tables.
 
-use calibench::effects::facts::Intervention;
 use calibench::monitoring::check::conditions::Condition;
 use calibench::monitoring::check::power::{ChangeSize, Power, Quantity, SHOWN, SmallestDetectable};
 use calibench::monitoring::check::{FALSE_ALARM, NOISE_ALIKE, NoiseOf, RobotCheck};
 use calibench::units::{DEG, MM, UM};
 
 use super::figures::COVERS_95;
+use super::meaning::intervention_words;
 use super::printout::Printout;
 use super::tables::plain_rows;
 
@@ -228,9 +228,9 @@ pub fn check_text(check: &RobotCheck, shown: &[SmallestDetectable]) -> Printout 
             };
             out.push(format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
             out.push(size_words(&first.condition, check.size.as_ref()));
-            out.push(format!("Do: {}.\n", what_to_do(&first.condition)));
-            if let Some(Intervention { work, verify, .. }) = first.condition.intervention() {
-                out.push(format!("Verify: {verify}.\nIf nothing is done: {}.\n", work.if_nothing_is_done()));
+            match first.condition.intervention() {
+                Some(intervention) => out.push(intervention_words(&intervention).join("\n") + "\n"),
+                None => out.push(format!("Do: {}.\n", what_to_do(&first.condition))),
             }
             out.push(closest_words(check, &first.condition));
             if !check.aliased.is_empty() {

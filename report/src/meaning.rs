@@ -1,4 +1,4 @@
-//! The meaning of an effect and where to look for it, in shop-floor terms.
+//! The meaning of an effect and what to do about it, in shop-floor terms.
 
 use calibench::effects::facts::{Intervention, Meaning};
 use calibench::effects::registry::Registry;

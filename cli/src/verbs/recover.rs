@@ -64,7 +64,7 @@ pub struct Arguments {
     #[arg(long, value_name = "PLAN", requires = "count")]
     of: Option<PathBuf>,
     /// The plan of the touches, with --cell: they are made first, and TOUCHES is the folder for what is measured
-    #[arg(long = "by", id = "plan", value_name = "PLAN", requires = "cell", value_parser = input())]
+    #[arg(long = "by", id = "plan", value_name = "PLAN", requires = "cell", conflicts_with = "count", value_parser = input())]
     plan: Option<PathBuf>,
     #[command(flatten)]
     real: CellArguments,
@@ -100,6 +100,10 @@ enum Known {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let known = read_known(&arguments.earlier)?;
     let folder = &arguments.touches;
+    // What cannot be written is refused before anything moves.
+    if let (None, Some(folder)) = (arguments.count, &arguments.output) {
+        check_output_folder(folder, "recovery", RESULT)?;
+    }
     if let (Some(cell), Some(plan)) = (&arguments.real.cell, &arguments.plan) {
         match touch(arguments, cell, plan)? {
             Outcome::Done if folder.join(DATASET_TOML).is_file() => {}
@@ -130,9 +134,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         let chosen = plan_touches(earlier, named, usize::from(count), arguments.instrument_moved, arguments.seed.unwrap_or(1));
         return write_touches(&chosen.map_err(located)?, &touches, file);
-    }
-    if let Some(folder) = &arguments.output {
-        check_output_folder(folder, "recovery", RESULT)?;
     }
     let joints = touches.robot.joints();
     let given = [&arguments.present, &arguments.gear, &arguments.counts_per_degree];
