@@ -261,7 +261,7 @@ impl Intervention {
 }
 
 /// Kinds of work on a robot cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Work {
     /// Master a joint again.
     Remaster,
@@ -292,23 +292,6 @@ pub enum Work {
 }
 
 impl Work {
-    /// All kinds.
-    pub const ALL: [Work; 13] = [
-        Work::Remaster,
-        Work::Tool,
-        Work::TcpMeasured,
-        Work::Base,
-        Work::WarmUp,
-        Work::Service,
-        Work::Load,
-        Work::Setting,
-        Work::Artifact,
-        Work::Instrument,
-        Work::Sample,
-        Work::Procedure,
-        Work::Model,
-    ];
-
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
