@@ -6,7 +6,7 @@ use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::Program;
 use super::rewritten::Rewritten;
-use super::scan::{Configuration, Position, Remark, Scan};
+use super::scan::{Configuration, Position, Remark, Scan, is_of_name};
 use super::stretches::{Step, Stretches, step};
 use super::world::tell_height;
 use calibench::compensate::conditions::Conditions;
@@ -319,13 +319,16 @@ fn leads_elsewhere(position: &Position, fake: &Fake, compensator: &mut Compensat
     off.is_none_or(|off| off > SAME_JOINTS)
 }
 
-/// The file with some of its bytes replaced.
+/// The file with some of its bytes replaced. A number in place of `A-90` keeps apart from its key: `A90` is a name.
 fn replaced(bytes: &[u8], mut edits: Vec<Edit>) -> Vec<u8> {
     edits.sort_by_key(|(at, _)| at.start);
     let mut new = Vec::with_capacity(bytes.len() + 8 * edits.len());
     let mut end = 0;
     for (at, text) in edits {
         new.extend_from_slice(&bytes[end..at.start]);
+        if new.last().is_some_and(|byte| is_of_name(*byte)) && text.starts_with(|c: char| c.is_ascii_digit()) {
+            new.push(b' ');
+        }
         new.extend_from_slice(text.as_bytes());
         end = at.end;
     }

@@ -622,6 +622,17 @@ fn bytes_in_latin_1_move_nothing() {
 }
 
 #[test]
+fn a_number_keeps_apart_from_its_key() {
+    let kr6 = Bench::kr6();
+    let ([x, y, z], [a, b, c]) = angles(&kr6.world_pose(&[0.3, -1.4, 1.6, 0.2, 0.7, 0.4]));
+    let krl = format!("LIN {{X{x:+},Y{y:+},Z{z:+},A{a:+},B{b:+},C{c:+}}}\n");
+    let first = kr6.rewrite(Dialect::Krl, krl.as_bytes());
+    assert_eq!(first.rewritten.len(), 1, "{:?}", first.remarks);
+    let again = kr6.rewrite(Dialect::Krl, &first.bytes);
+    assert_eq!(again.rewritten.len(), 1, "{}", String::from_utf8_lossy(&first.bytes));
+}
+
+#[test]
 fn broken_programs_are_no_panic() {
     let kr6 = Bench::kr6();
     let pose = kr6.world_pose(&[0.3, -1.4, 1.6, 0.2, 0.7, 0.4]);
@@ -694,6 +705,8 @@ fn broken_programs_are_no_panic() {
             if new.rewritten.is_empty() {
                 assert_eq!(new.bytes, bytes, "nothing is rewritten, and nothing changes");
             }
+            let positions = kr6.rewrite(dialect, &new.bytes).positions;
+            assert_eq!(positions, new.positions, "{dialect:?}: {:?}", String::from_utf8_lossy(&bytes));
         }
     }
 }
