@@ -12,6 +12,7 @@ mod frames_file;
 mod layout;
 mod numbers;
 mod program;
+mod read_back;
 mod rewrite;
 mod rewritten;
 mod scan;

@@ -4,7 +4,8 @@ use super::configuration::{Meant, posture_of};
 use super::frames::{Frames, Given, Lacks, Place};
 use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
-use super::program::Program;
+use super::program::{Dialect, Program};
+use super::read_back::Draft;
 use super::rewritten::Rewritten;
 use super::scan::{Configuration, Position, Remark, Scan, is_of_name};
 use super::stretches::{Step, Stretches, step};
@@ -52,6 +53,11 @@ impl RewrittenProgram {
     pub fn is_whole(&self) -> bool {
         !self.remarks.iter().any(|remark| remark.blocks)
     }
+
+    pub(super) fn refuse(&mut self, line: usize, what: &str, reason: &str, remedy: &str) {
+        let [what, reason, remedy] = [what, reason, remedy].map(str::to_owned);
+        self.remarks.push(Remark { line, what, reason, remedy, blocks: true });
+    }
 }
 
 /// Rewrites programs that belong together, all of one dialect: every position in the tool and the base that it has.
@@ -61,10 +67,7 @@ pub fn rewrite_programs(
     permissions: &Permissions,
 ) -> Vec<RewrittenProgram> {
     let Some(dialect) = programs.first().map(|p| p.dialect) else { return Vec::new() };
-    let mut scans = dialect.scan(programs, permissions.joints_as_in_robot_file);
-    if !permissions.external_axes_apart {
-        scans.iter_mut().for_each(leave_external);
-    }
+    let mut scans = scanned(dialect, programs, permissions);
     let own = [compensator.flange_from_tool(), compensator.base_link_from_work()];
     let is = [permissions.tool_given, permissions.base_given];
     let mut frames = Frames::of(&scans, Given { is, own, listed: permissions.frames.settings() });
@@ -76,9 +79,10 @@ pub fn rewrite_programs(
     }
     tell_height(dialect, &mut scans, &frames, compensator);
     let mut benches = Benches { own: compensator, others: Vec::new() };
-    let mut results: Vec<RewrittenProgram> = (programs.iter().zip(scans).enumerate())
+    let drafts: Vec<Draft> = (programs.iter().zip(scans).enumerate())
         .map(|(file, (program, scan))| rewrite(program, scan, file, &mut frames, &mut benches))
         .collect();
+    let mut results = read_back(dialect, programs, drafts, permissions);
     for (file, remarks) in frames.remarks {
         if let Some(result) = results.get_mut(file) {
             result.remarks.extend(remarks);
@@ -93,6 +97,27 @@ pub fn rewrite_programs(
         }
     }
     results
+}
+
+/// The programs as they are read.
+fn scanned(dialect: Dialect, programs: &[Program], permissions: &Permissions) -> Vec<Scan> {
+    let mut scans = dialect.scan(programs, permissions.joints_as_in_robot_file);
+    if !permissions.external_axes_apart {
+        scans.iter_mut().for_each(leave_external);
+    }
+    scans
+}
+
+/// Reads the rewritten programs again, and withdraws each that would not be read as it was written.
+fn read_back(dialect: Dialect, programs: &[Program], drafts: Vec<Draft>, permissions: &Permissions) -> Vec<RewrittenProgram> {
+    let new = |(program, draft): (&Program, &Draft)| Program { bytes: draft.program.bytes.clone(), ..program.clone() };
+    let new: Vec<Program> = programs.iter().zip(&drafts).map(new).collect();
+    let read = scanned(dialect, &new, permissions);
+    let judged = |((program, draft), read): ((&Program, Draft), &Scan)| match draft.lost(read) {
+        Some(line) if !draft.written.is_empty() => draft.withdrawn(&program.bytes, line),
+        _ => draft.program,
+    };
+    programs.iter().zip(drafts).zip(&read).map(judged).collect()
 }
 
 /// Takes out the positions at which an external axis is away from zero: it may carry the robot or the work.
@@ -148,9 +173,10 @@ fn rewrite(
     file: usize,
     frames: &mut Frames<'_>,
     benches: &mut Benches<'_, '_>,
-) -> RewrittenProgram {
+) -> Draft {
     let positions = std::mem::take(&mut scan.positions);
     let (mut edits, mut rewritten, mut unmapped) = (Vec::new(), Vec::<Rewritten>::new(), Vec::new());
+    let mut written = Vec::new();
     let mut stretches = Stretches::default();
     let mut before: Option<[Place; 2]> = None;
     for (index, position) in positions.iter().enumerate() {
@@ -207,6 +233,7 @@ fn rewrite(
                     );
                 }
                 rewritten.push(one);
+                written.push(index);
                 before = Some(places);
             }
             Err((reason, _)) if position.spare => stays(position, &reason, &mut scan),
@@ -219,13 +246,14 @@ fn rewrite(
         _ = frames.places(position, file);
     }
     let joints = positions.iter().any(Position::is_joints);
-    RewrittenProgram {
+    let program = RewrittenProgram {
         bytes: replaced(&program.bytes, edits),
         positions: positions.len() + scan.left.len() + scan.unread,
         rewritten,
         assumed: assumed(joints, &unmapped),
         remarks: scan.remarks,
-    }
+    };
+    Draft { program, positions, written }
 }
 
 /// Tells of a position that need not hold: its numbers are set at run time, or no motion goes there.

@@ -32,6 +32,8 @@ pub struct Adjustment {
     states: [LoadState; 2],
     /// True if the columns at the present values include the dependence of the loads on the parameters.
     exact: bool,
+    /// What that dependence added to the columns where it was last found (kept x rows); empty before.
+    through_loads: DMatrix<f64>,
     /// `[J r]^T [J r]`, plus the information of the priors.
     normal: DMatrix<f64>,
     scaled: DMatrix<f64>,
@@ -73,6 +75,7 @@ impl Adjustment {
             room: LoadWorkspace::new(problem.robot()),
             states: Default::default(),
             exact: false,
+            through_loads: DMatrix::zeros(0, 0),
             normal: DMatrix::zeros(unknowns + 1, unknowns + 1),
             scaled: DMatrix::zeros(unknowns, unknowns),
             gradient: DVector::zeros(unknowns),
@@ -134,6 +137,7 @@ impl Adjustment {
         self.noise_stated = problem.noise_stated();
         self.values.copy_from_slice(start);
         self.iterations = 0;
+        self.through_loads = DMatrix::zeros(0, 0);
         if !problem.depends_on_values() {
             return self.descend(problem);
         }

@@ -107,6 +107,10 @@ fn lower_product(a: MatRef<'_, f64>, out: &mut DMatrix<f64>) {
 /// When they do not converge, as happens when an entry is not finite.
 pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
     let n = a.nrows();
+    if n == 0 {
+        // The decomposition counts below zero.
+        return Ok((DVector::zeros(0), DMatrix::zeros(0, 0)));
+    }
     let failed = |_| LinalgError::EigenDidNotConverge { size: n };
     let eigen = view(a).self_adjoint_eigen(faer::Side::Lower).map_err(failed)?;
     let (values, vectors) = (eigen.S(), eigen.U());

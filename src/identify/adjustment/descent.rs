@@ -176,6 +176,11 @@ impl Adjustment {
         let state = if problem.depends_on_values() { &self.states[1] } else { problem.nominal_loads() };
         problem.linearise(values, state, &mut self.work, &mut self.near);
         self.chi2 = self.near.chi2() + self.penalty(values);
+        // The dependence of the loads changes little between steps: without it a descent crawls along narrow valleys.
+        if !self.through_loads.is_empty() {
+            let mut columns = self.near.transposed.rows_mut(0, self.kept.len());
+            columns += &self.through_loads;
+        }
     }
 
     fn settle(&mut self, problem: &Problem, trial: bool) {
@@ -200,19 +205,24 @@ impl Adjustment {
     fn find_exact_columns(&mut self, problem: &Problem) {
         self.exact = true;
         self.settle(problem, false);
-        problem.linearise(&self.values, &self.states[1], &mut self.work, &mut self.near);
-        self.trial.copy_from_slice(&self.values);
+        let [there, under] = &mut self.states;
+        // Everywhere the loads of one step from the same ones: settled ones would differ by more than a difference.
+        problem.load(under, &self.values, there, &mut self.room);
+        problem.linearise(&self.values, there, &mut self.work, &mut self.near);
         let residuals = self.kept.len();
+        self.through_loads = -self.near.transposed.rows(0, residuals);
+        self.trial.copy_from_slice(&self.values);
         for k in 0..residuals {
             let (p, step) = (self.kept[k], DIFFERENCE * self.scale[k]);
             self.trial[p] += step;
-            self.settle(problem, true);
-            problem.linearise(&self.trial, &self.states[1], &mut self.work, &mut self.alone);
+            problem.load(under, &self.trial, there, &mut self.room);
+            problem.linearise(&self.trial, there, &mut self.work, &mut self.alone);
             self.trial[p] = self.values[p];
             for (mut here, there) in self.near.transposed.column_iter_mut().zip(self.alone.transposed.iter()) {
                 here[k] = (here[residuals] - there) / step;
             }
         }
+        self.through_loads += self.near.transposed.rows(0, residuals);
         self.form_normal_equations();
     }
 

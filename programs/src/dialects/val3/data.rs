@@ -85,12 +85,17 @@ fn tags(text: &Text) -> Vec<Range<usize>> {
         let is_comment = text.bytes()[open..].starts_with(COMMENT[0]);
         let end = if is_comment { COMMENT[1] } else { b">" };
         let Some(close) = find(text, open, end) else { break };
-        if !is_comment {
+        // A name follows at once.
+        if !is_comment && text.bytes().get(open + 1).is_some_and(|b| b.is_ascii_alphabetic() || *b == b'/') {
             tags.push(open..close);
         }
         from = close + 1;
     }
     tags
+}
+
+fn is_tag(head: &str, name: &str) -> bool {
+    head.strip_prefix(name).is_some_and(|rest| rest.starts_with(char::is_whitespace))
 }
 
 /// The place of an attribute's value, between its quotes.
@@ -117,7 +122,7 @@ pub fn values(text: &Text, scan: &mut Scan) -> Vec<Value> {
         let line = text.line(tag.start);
         let words = |key: &str| attribute(text, &tag, key).map(|at| text.words(at)).unwrap_or_default();
         let head = text.words(tag.start + 1..tag.end);
-        if head.starts_with("Data ") || head.starts_with("Data\t") {
+        if is_tag(&head, "Data") {
             let kind = words("type");
             if ["pointRs", "jointRs", "configRs", "pointCartesian"].contains(&kind.as_str()) {
                 let reason = format!("{kind} is a position of another kind of arm");
@@ -126,7 +131,7 @@ pub fn values(text: &Text, scan: &mut Scan) -> Vec<Value> {
             open = Kind::of(&kind).map(|kind| (words("name"), kind));
         } else if head.starts_with("/Data") && !head.starts_with("/Datas") && !head.starts_with("/Database") {
             open = None;
-        } else if let Some((name, kind)) = open.as_ref().filter(|_| head.starts_with("Value")) {
+        } else if let Some((name, kind)) = open.as_ref().filter(|_| is_tag(&head, "Value")) {
             let key = words("key");
             let name = if key == "0" || key.is_empty() { name.clone() } else { format!("{name}[{key}]") };
             let place = tag.start + "<Value".len();
