@@ -167,13 +167,7 @@ impl<'a> Benches<'_, 'a> {
     }
 }
 
-fn rewrite(
-    program: &Program,
-    mut scan: Scan,
-    file: usize,
-    frames: &mut Frames<'_>,
-    benches: &mut Benches<'_, '_>,
-) -> Draft {
+fn rewrite(program: &Program, mut scan: Scan, file: usize, frames: &mut Frames<'_>, benches: &mut Benches<'_, '_>) -> Draft {
     let positions = std::mem::take(&mut scan.positions);
     let (mut edits, mut rewritten, mut unmapped) = (Vec::new(), Vec::<Rewritten>::new(), Vec::new());
     let mut written = Vec::new();

@@ -132,8 +132,19 @@ fn is_offered(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> bool {
             let oriented = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
             !d.dataset.tool_free && d.dataset.weighs_orientations() && d.dataset.samples.iter().any(oriented)
         }),
+        Offered::OnKnownBalls => {
+            // Of a cell that nothing was measured in, all.
+            fitted(datasets).next().is_none() || datasets.iter().any(|d| probes_known(d.dataset, &EffectId::new(id)))
+        }
         Offered::ByName => false,
     }
+}
+
+/// True if a fitted sample probes the ball that this effect is about, at a place known beforehand.
+fn probes_known(dataset: &Dataset, effect: &EffectId) -> bool {
+    let known = |ball: usize| !dataset.balls[ball].free && effect.ball_name() == Some(dataset.balls[ball].id.as_str());
+    let on = |s: &Sample| Use::Fit.takes(s) && matches!(s.measured, Measured::Ball { ball, .. } if known(ball));
+    dataset.samples.iter().any(on)
 }
 
 /// Ripple of gears with a known ratio, once and twice per turn of the wave generator: with the order known, no scan is

@@ -35,7 +35,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Ball],
     role: Role::Cause,
-    offered: Offered::Always,
+    offered: Offered::OnKnownBalls,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
