@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use calibench::diagnosis::library::Library;
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, import};
@@ -138,6 +139,25 @@ fn a_place_left_out_is_predicted() {
         );
         assert!(default <= bar, "{name}: {default} mm, above the bar of {bar} mm");
     }
+}
+
+#[test]
+fn a_ball_is_offered_as_moved_where_it_was_probed_at_a_known_place() {
+    let mut dataset = socket("panda_1");
+    let hole = dataset.balls.iter().position(|b| b.id == "front/hole_0").expect("the data have it");
+    for sample in &mut dataset.samples {
+        if matches!(sample.measured, Measured::Ball { ball, .. } if ball == hole) {
+            sample.set = SampleSet::Validation;
+        }
+    }
+    let offered = |dataset: &Dataset| -> Vec<String> {
+        let library = Library::new(&[NamedDataset::new("d", dataset)], &Model::default_for(dataset));
+        library.candidates.iter().filter_map(|c| c.id.ball_name().map(str::to_owned)).collect()
+    };
+    assert!(offered(&dataset).is_empty(), "all are free: {:?}", offered(&dataset));
+    dataset.balls.iter_mut().for_each(|ball| ball.free = false);
+    let probed: Vec<String> = dataset.ball_ids().into_iter().filter(|id| id != "front/hole_0").collect();
+    assert_eq!(offered(&dataset), probed);
 }
 
 /// The place of a ball: what stands before the hole in its name.
