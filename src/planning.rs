@@ -9,7 +9,6 @@
 mod action;
 mod adaptive;
 mod candidate_covariances;
-mod criterion;
 pub mod designer;
 pub mod forecast;
 mod layout;

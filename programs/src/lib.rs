@@ -23,6 +23,6 @@ mod world;
 pub use frames_file::frames_schema;
 pub use frames_file::{FARTHEST_BASE_MM, FRAMES_FORMAT, LONGEST_TOOL_MM, NamedFrames, read_frames};
 pub use program::{Dialect, Program, read_program};
-pub use rewrite::{Permissions, RewrittenProgram, rewrite_programs};
-pub use rewritten::Rewritten;
+pub use rewrite::{Permissions, rewrite_programs};
+pub use rewritten::{Rewritten, RewrittenProgram};
 pub use scan::Remark;

@@ -1,6 +1,6 @@
 //! A rewritten program is read again: it holds the same positions, at the targets that were written.
 
-use super::rewrite::RewrittenProgram;
+use super::rewritten::RewrittenProgram;
 use super::scan::{Position, Scan};
 
 /// A rewritten program before it is read again.

@@ -6,8 +6,8 @@ use super::frames_file::NamedFrames;
 use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::{Dialect, Program};
 use super::read_back::Draft;
-use super::rewritten::Rewritten;
-use super::scan::{Configuration, Position, Remark, Scan, is_of_name};
+use super::rewritten::{Rewritten, RewrittenProgram};
+use super::scan::{Configuration, Position, Scan, is_of_name};
 use super::stretches::{Step, Stretches, step};
 use super::world::tell_height;
 use calibench::compensate::conditions::Conditions;
@@ -31,33 +31,6 @@ pub struct Permissions {
     pub base_given: bool,
     /// Frames that programs name, from elsewhere.
     pub frames: NamedFrames,
-}
-
-/// A program with its positions compensated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RewrittenProgram {
-    /// The content of the file: the old one, with other numbers.
-    pub bytes: Vec<u8>,
-    /// Number of positions found.
-    pub positions: usize,
-    /// Those that were rewritten.
-    pub rewritten: Vec<Rewritten>,
-    /// Statements that were not rewritten, or are right only under a condition, by line.
-    pub remarks: Vec<Remark>,
-    /// Assumptions made, one sentence each.
-    pub assumed: Vec<String>,
-}
-
-impl RewrittenProgram {
-    /// True if no position stays uncompensated.
-    pub fn is_whole(&self) -> bool {
-        !self.remarks.iter().any(|remark| remark.blocks)
-    }
-
-    pub(super) fn refuse(&mut self, line: usize, what: &str, reason: &str, remedy: &str) {
-        let [what, reason, remedy] = [what, reason, remedy].map(str::to_owned);
-        self.remarks.push(Remark { line, what, reason, remedy, blocks: true });
-    }
 }
 
 /// Rewrites programs that belong together, all of one dialect: every position in the tool and the base that it has.

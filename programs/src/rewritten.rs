@@ -1,5 +1,6 @@
-//! A position with its result.
+//! Positions with their results, and the program that they make.
 
+use super::scan::Remark;
 use calibench::compensate::{Desired, Fake, Target, Warnings};
 
 /// A position with its result.
@@ -31,5 +32,32 @@ impl Rewritten {
         let [x, y, z] = self.target_xyz()?;
         let fake = self.fake.pose.translation.vector;
         Some([fake.x - x, fake.y - y, fake.z - z])
+    }
+}
+
+/// A program with its positions compensated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RewrittenProgram {
+    /// The content of the file: the old one, with other numbers.
+    pub bytes: Vec<u8>,
+    /// Number of positions found.
+    pub positions: usize,
+    /// Those that were rewritten.
+    pub rewritten: Vec<Rewritten>,
+    /// Statements that were not rewritten, or are right only under a condition, by line.
+    pub remarks: Vec<Remark>,
+    /// Assumptions made, one sentence each.
+    pub assumed: Vec<String>,
+}
+
+impl RewrittenProgram {
+    /// True if no position stays uncompensated.
+    pub fn is_whole(&self) -> bool {
+        !self.remarks.iter().any(|remark| remark.blocks)
+    }
+
+    pub(super) fn refuse(&mut self, line: usize, what: &str, reason: &str, remedy: &str) {
+        let [what, reason, remedy] = [what, reason, remedy].map(str::to_owned);
+        self.remarks.push(Remark { line, what, reason, remedy, blocks: true });
     }
 }

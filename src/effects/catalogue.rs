@@ -18,6 +18,7 @@ mod gauge_zero;
 mod gravity_backlash;
 mod gravity_direction;
 mod harmonic;
+mod hose;
 mod hysteresis;
 mod instrument_scale;
 mod joint_compliance;
@@ -71,6 +72,7 @@ pub const CATALOGUE: &[Family] = &[
     wrist_coupling::FAMILY,
     joint_source::FAMILY,
     product::FAMILY,
+    hose::FAMILY,
     bearing_tilt::FAMILY,
     link_bending::FAMILY,
     link_mass::FAMILY,

@@ -90,6 +90,8 @@ pub struct Situation<'a> {
     pub q_commanded: Option<&'a [f64]>,
     /// Joint angles of the previous sample, in the order of measurement within the session, rad (N).
     pub q_before: Option<&'a [f64]>,
+    /// How far each joint is turned against a hose that follows it with play, as a share of the play, -1 to 1 (N).
+    pub hose: Option<&'a [f64]>,
     /// Sign of each joint's last motion (N).
     pub approach: Option<&'a [i8]>,
     /// Seconds since the session began.
@@ -128,6 +130,7 @@ impl<'a> Situation<'a> {
             plungers: None,
             q_commanded: None,
             q_before: None,
+            hose: None,
             approach: None,
             time_s: None,
             duration_s: None,

@@ -36,7 +36,7 @@ pub(super) use self::linearised::{Linearised, Workspace};
 pub(super) use self::load_state::LoadState;
 pub(super) use self::load_workspace::LoadWorkspace;
 pub use self::missing::missing;
-use self::order::joints_before;
+use self::order::inherited;
 pub use self::parameter::{Parameter, Prior, Setup, Use};
 use self::prior_row::PriorRow;
 use self::sample_row::SampleRow;
@@ -103,13 +103,13 @@ impl Problem {
             row.take(&self.cells[row.cell], sample);
             id.clone_from(&sample.id);
         }
-        if self.rows.iter().any(|row| row.q_before.is_some()) {
-            let before = samples.iter().flat_map(|list| {
-                let all = list.iter().zip(joints_before(list));
-                all.filter(|(s, _)| which.takes(s)).map(|(_, before)| before)
+        if self.rows.iter().any(|row| row.inherited.is_some()) {
+            let inherited = samples.iter().flat_map(|list| {
+                let all = list.iter().zip(inherited(list));
+                all.filter(|(s, _)| which.takes(s)).map(|(_, inherited)| inherited)
             });
-            for (row, before) in self.rows.iter_mut().zip(before) {
-                row.q_before = before.map(<[f64]>::to_vec);
+            for (row, inherited) in self.rows.iter_mut().zip(inherited) {
+                row.inherited = Some(inherited);
             }
         }
         self.load_nominal()?;

@@ -1,7 +1,7 @@
 //! Knowledge of a robot, for the choice of measurements that best distinguish rivals or most reduce the predicted
 //! error.
 
-pub use super::criterion::Criterion;
+pub use super::prospect::Criterion;
 
 use nalgebra::DMatrix;
 use rand::SeedableRng;

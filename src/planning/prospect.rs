@@ -7,7 +7,6 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::criterion::Criterion;
 use super::designer::Designer;
 use super::forecast::{Forecast, WorkspaceOutlook};
 use super::pool::Pool;
@@ -20,6 +19,19 @@ use crate::prediction::poses::SEED;
 
 /// Number of measurements that first determine the pose of a moved artifact.
 const SEED_POSES: usize = 4;
+
+/// Criterion by which measurements are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// Best discrimination between the rivals.
+    Discrimination,
+    /// Smallest error predicted over the workspace.
+    Accuracy,
+    /// Best determination of the fitted model (D-optimality).
+    Determination,
+    /// Random choice with this seed.
+    Random(u64),
+}
 
 /// A pool as evaluated by a designer.
 pub struct Prospect<'a> {

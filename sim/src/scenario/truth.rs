@@ -222,7 +222,11 @@ fn stated(
     })?;
     let family = subject.registry.family(id);
     if family.is_some_and(|f| f.follows.contains(&Follows::LastMove)) {
-        return Err(sources.wrong(&key, "is an error of the read-back, and the simulated arm is read at rest", "leave it out"));
+        return Err(sources.wrong(
+            &key,
+            "depends on the move before, which leaves nothing in the simulated arm",
+            "leave it out",
+        ));
     }
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {

@@ -9,7 +9,7 @@ use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
 use super::load_state::LoadState;
 use super::missing::missing;
-use super::order::joints_before;
+use super::order::inherited;
 use super::prior_row::{PriorRow, hold_about_nominal};
 use super::sample_row::SampleRow;
 use super::start::{datum_freedoms, start};
@@ -271,11 +271,11 @@ impl<'a> Assembly<'a> {
         for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             let of_catalogue = |e: &EffectId| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove));
             let moves_matter = model.effects.iter().any(of_catalogue) || model.own.iter().any(OwnEffect::follows_last_move);
-            let before = if moves_matter { joints_before(&dataset.samples) } else { vec![None; dataset.samples.len()] };
-            for (sample, before) in dataset.samples.iter().zip(before).filter(|(s, _)| which.takes(s)) {
+            let mut inherited = if moves_matter { inherited(&dataset.samples) } else { Vec::new() }.into_iter();
+            for (sample, inherited) in dataset.samples.iter().map(|s| (s, inherited.next())).filter(|(s, _)| which.takes(s)) {
                 let setup = setup_of[&(d, sample.session.as_deref())];
                 let mut row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
-                row.q_before = before.map(<[f64]>::to_vec);
+                row.inherited = inherited;
                 problem.row_count += row.height();
                 problem.rows.push(row);
                 problem.sample_ids.push(sample.id.clone());

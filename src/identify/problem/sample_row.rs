@@ -68,8 +68,8 @@ pub(super) struct SampleRow {
     plungers: Option<[i8; 3]>,
     reading: Option<Vector3<f64>>,
     q_commanded: Option<Vec<f64>>,
-    /// Joints of the previous sample in its session, rad.
-    pub q_before: Option<Vec<f64>>,
+    /// From the samples before it.
+    pub inherited: Option<super::order::Inherited>,
 }
 
 impl SampleRow {
@@ -96,7 +96,7 @@ impl SampleRow {
             plungers: None,
             reading: None,
             q_commanded: sample.q_commanded.clone(),
-            q_before: None,
+            inherited: None,
         };
         row.take(&cells[cell], sample);
         row
@@ -298,7 +298,8 @@ impl SampleRow {
             reading: self.reading,
             plungers: self.plungers,
             q_commanded: self.q_commanded.as_deref(),
-            q_before: self.q_before.as_deref(),
+            q_before: self.inherited.as_ref().and_then(|i| i.q.as_deref()),
+            hose: self.inherited.as_ref().map(|i| &i.hose[..]),
             approach: self.approach.as_deref(),
             time_s: self.time_s,
             duration_s: setup.duration_s,
