@@ -141,10 +141,19 @@ pub fn cause_words(d: &Diagnosis) -> String {
     if d.outcome != Outcome::Converged {
         return format!("not known, as the fit {}", d.outcome.in_words());
     }
-    if let Some(first) = abnormal_sentences(&d.abnormal).first() {
-        return first.trim_end_matches('.').to_owned();
+    match abnormal_sentences(&d.abnormal).first() {
+        Some(first) => without_suspects(d, first.trim_end_matches('.').to_owned()),
+        None => lacking_words(d),
     }
-    lacking_words(d)
+}
+
+/// What holds without the samples that disagree with all others, which come first.
+fn without_suspects(d: &Diagnosis, words: String) -> String {
+    match d.scatter.suspects.as_slice() {
+        [] => words,
+        [one] => format!("{} disagrees with all others; without it, {words}", suspects_named(std::slice::from_ref(one))),
+        suspects => format!("{} disagree with all others; without them, {words}", suspects_named(suspects)),
+    }
 }
 
 /// What a model lacks, in one clause, whatever is abnormal.
@@ -166,10 +175,7 @@ pub(super) fn lacking_words(d: &Diagnosis) -> String {
         Verdict::Unexplained => shape_words(d).unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
         other => other.in_words(),
     };
-    match d.scatter.suspects.as_slice() {
-        [] => lacking,
-        suspects => format!("{} disagree with all others; without them, {lacking}", suspects_named(suspects)),
-    }
+    without_suspects(d, lacking)
 }
 
 /// True if a diagnosis that could have found something finds that nothing is lacking.

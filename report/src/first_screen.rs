@@ -127,6 +127,11 @@ fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
 pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
     let Judgement { advice, cause, .. } = judgement;
     let mut all = vec![format!("use {file}")];
+    let suspects = &cause.scatter.suspects;
+    if !suspects.is_empty() {
+        let named = if suspects.len() == 1 { "that sample" } else { "those samples" };
+        all.push(format!("measure {named} again, or leave out, and calibrate again"));
+    }
     all.extend(at_the_robot(cause).map(|act| format!("at the robot: {act}")));
     match advice.to_do {
         ToDo::Unknown if cause.outcome == Outcome::Converged => {

@@ -19,6 +19,9 @@ const FAR: f64 = 100.0;
 /// Largest number of selections; on measured data the third has agreed with the second.
 const MOST_JUDGEMENTS: usize = 4;
 
+/// Parameters are held against residuals that exceed the noise by this factor.
+const HELD_AGAIN: f64 = 1.2;
+
 /// Share of chi-square, and its amount, by which a larger model may fit worse: the residual error of loads that follow the
 /// posture.
 const NESTED: f64 = 1e-6;
@@ -91,14 +94,39 @@ pub fn check_nested(before: &Fit, after: &Fit) -> Result<(), FitError> {
 }
 
 /// Fits from `start` those of `free` that the data can separate at `judged`, whatever the plausible size of those in `needed`;
-/// the others keep their values from there.
+/// the others keep their values from there. Where that ends at no arm though the noise is stated, the parameters are held against
+/// the residuals instead: what a noise far below them would separate, they do not.
 fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize], needed: &[usize]) -> Result<Fit, FitError> {
+    let mut noise = 1.0;
+    let mut fit = fit_above(noise, problem, judged, start, free, needed)?;
+    let mut iterations = 0;
+    for _ in 1..MOST_JUDGEMENTS {
+        let residual = if fit.dof == 0 { 0.0 } else { (fit.chi2 / fit.dof as f64).sqrt() };
+        if fit.outcome == Outcome::Converged || !problem.noise_stated() || residual < HELD_AGAIN * noise {
+            break;
+        }
+        noise = residual;
+        iterations += fit.iterations;
+        fit = fit_above(noise, problem, judged, start, free, needed)?;
+    }
+    Ok(Fit { iterations: iterations + fit.iterations, ..fit })
+}
+
+/// The same, the parameters held against this noise, in units of the stated one.
+fn fit_above(
+    floor: f64,
+    problem: &Problem,
+    judged: &[f64],
+    start: &[f64],
+    free: &[usize],
+    needed: &[usize],
+) -> Result<Fit, FitError> {
     let begin = |adjustment: &Adjustment, from: &[f64]| {
         let mut begin = judged.to_vec();
         adjustment.kept().iter().for_each(|&p| begin[p] = from[p]);
         begin
     };
-    let separable = |at: &[f64], noise: f64| determined_with(problem, at, free, noise, needed);
+    let separable = |at: &[f64], noise: f64| determined_with(problem, at, free, floor * noise, needed);
     let mut adjustment = Adjustment::of(problem, separable(judged, problem.noise_at(judged))?);
     let from = begin(&adjustment, start);
     adjustment.adjust(problem, &from)?;

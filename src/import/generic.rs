@@ -7,8 +7,8 @@ use super::initial_setup::{check_base, check_orientations, fit_base_and_tool};
 use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::files::read_text;
 use crate::files::streams::is_standard_input;
+use crate::files::{FileError, read_bytes, read_text};
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Dataset, SampleSet};
 
@@ -26,6 +26,21 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
     by_map(&map, dataset, files, &options.sets)
 }
 
+/// Refuses a file whose bytes are those of another: its rows would count twice, and be fitted and held out at once.
+fn refuse_copies(files: &[PathBuf]) -> Result<(), FileError> {
+    let length = |path: &PathBuf| path.metadata().map(|m| m.len()).ok();
+    for (k, file) in files.iter().enumerate() {
+        let same_length = files[..k].iter().filter(|earlier| length(earlier).is_some() && length(earlier) == length(file));
+        for earlier in same_length {
+            if earlier == file || read_bytes(earlier)? == read_bytes(file)? {
+                let problem = format!("holds the same bytes as {}", earlier.display());
+                return Err(FileError::whole(file, problem, "give each table once"));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Imports files through a map; `sets` has one entry for each file, or none.
 pub(super) fn by_map(
     map: &ColumnMap,
@@ -34,6 +49,7 @@ pub(super) fn by_map(
     sets: &[SampleSet],
 ) -> Result<(Dataset, ImportReport), ImportError> {
     let mut report = ImportReport::default();
+    refuse_copies(files)?;
     if map.join.is_some() && !sets.is_empty() {
         return Err(ImportError::SetsOfJoined);
     }

@@ -159,7 +159,12 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     let is_used = |triple: &[usize; 3]| {
         *triple == proposal.points || is_target(triple) || [proposal.minus, proposal.commanded].contains(&Some(*triple))
     };
-    let other = all.iter().filter(|triple| !is_used(triple));
+    let orientation = table.orientation();
+    if !orientation.is_empty() {
+        let named = table.titles(&orientation);
+        reasons.push(format!("an orientation, which {named} seem to be, is not used: a map by hand takes it as [rotation]"));
+    }
+    let other = all.iter().filter(|triple| !is_used(triple) && !triple.iter().any(|k| orientation.contains(k)));
     for triple in other.filter(|triple| !triple.iter().any(|k| proposal.points.contains(k))) {
         let named = table.titles(triple);
         reasons.push(format!(

@@ -9,6 +9,10 @@ use crate::robot::Robot;
 /// Number of rows that are examined.
 const ROWS: usize = 2_000;
 
+/// Names of the parts of an orientation.
+const ORIENTATIONS: [&[&str]; 4] =
+    [&["qw", "qx", "qy", "qz"], &["quatw", "quatx", "quaty", "quatz"], &["roll", "pitch", "yaw"], &["rx", "ry", "rz"]];
+
 /// Words for positions that were commanded.
 const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
 
@@ -231,6 +235,13 @@ impl Table {
         columns.iter().map(|&k| self.title(k)).collect::<Vec<_>>().join(", ")
     }
 
+    /// Columns that are called as the parts of a quaternion or of three rotations; none if it is another number of them.
+    pub fn orientation(&self) -> Vec<usize> {
+        let part = |title: &str| title.to_lowercase().split(['_', ' ', '[', '(']).next().unwrap_or_default().to_owned();
+        let called = |name: &str| (0..self.columns.len()).find(|&k| part(&self.columns[k].title) == name);
+        ORIENTATIONS.iter().find_map(|names| names.iter().map(|name| called(name)).collect()).unwrap_or_default()
+    }
+
     /// True if a column is called a target: it was not measured.
     pub fn is_target(&self, k: usize) -> bool {
         TARGETS.iter().any(|word| self.columns[k].stem.contains(word))
@@ -325,7 +336,8 @@ fn joint_name(name: &str) -> Option<i32> {
         return None;
     }
     let commanded = TARGETS.iter().any(|word| plain.contains(word));
-    let is_joint = ["q", "j", "a", "joint", "axis", "theta", "th", "ax"].contains(&plain.as_str())
+    let is_joint = ["q", "j", "a", "joint", "axis", "theta", "th", "ax", "achse", "gelenk", "axe", "asse", "eje"]
+        .contains(&plain.as_str())
         || ["joint", "axis", "theta", "actualq", "targetq"].iter().any(|word| plain.contains(word));
     is_joint.then_some(if commanded { 1 } else { 2 })
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Task};
+use calibench::files::FileError;
 use calibench::files::disk::{check_output_folder, replace_folder, write_whole};
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, write_calibration};
@@ -184,6 +185,9 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         }
         return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
     }
+    if let Some(missing) = arguments.tables.iter().find(|table| !table.exists()) {
+        return Err(FileError::whole(missing, "is not there", "give a table, or the folder of a dataset").into());
+    }
     let Some(named) = arguments.robot.as_deref() else {
         let problem =
             format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
@@ -193,7 +197,8 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
     let rows = format!("Read: {} rows", dataset.samples.len());
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
-    let understood: Vec<String> = [Some(rows), said("joints: "), said("positions: ")].into_iter().flatten().collect();
+    let understood = [Some(rows), said("joints: "), said("positions: "), said("an orientation"), said("left out")];
+    let understood: Vec<String> = understood.into_iter().flatten().collect();
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);
     Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })

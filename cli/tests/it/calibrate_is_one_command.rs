@@ -92,11 +92,14 @@ fn what_is_missing_is_named_and_nothing_is_written() {
     let at = folder.path();
     table(at, 60);
     let text = fs::read_to_string(at.join("table.csv")).unwrap();
+    fs::copy(at.join("table.csv"), at.join("copy.csv")).unwrap();
     fs::write(at.join("short.csv"), text.lines().take(6).collect::<Vec<_>>().join("\n") + "\n").unwrap();
     for (arguments, problem) in [
         (vec!["calibrate", "short.csv", "--robot", "ur5", "-o", "ur5"], "short.csv: has only 5 rows"),
         (vec!["calibrate", "table.csv", "-o", "ur5"], "--robot is missing"),
         (vec!["calibrate", "absent.csv", "--robot", "ur5", "-o", "ur5"], "absent.csv"),
+        (vec!["calibrate", "absent", "-o", "ur5"], "absent: is not there"),
+        (vec!["calibrate", "table.csv", "copy.csv", "--robot", "ur5", "-o", "ur5"], "the same bytes as table.csv"),
         (vec!["calibrate", "table.csv", "--robot", "ur5", "--noise", "20", "-o", "ur5"], "such as 20um"),
         (vec!["calibrate", "table.csv", "--robot", "kr6_r700", "-o", "ur5"], "do not fit this robot"),
     ] {
@@ -105,4 +108,25 @@ fn what_is_missing_is_named_and_nothing_is_written() {
         assert!(output.status.code() == Some(2) && told.to_lowercase().contains(problem), "{arguments:?}: {told}");
         assert!(!at.join("ur5").exists(), "{arguments:?}");
     }
+}
+
+/// A row mistyped by millimetres is named on the first screen, with what else is wrong, and is to be looked at.
+#[test]
+fn a_mistyped_row_is_named_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 80);
+    let text = fs::read_to_string(at.join("table.csv")).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut fields: Vec<String> = lines[40].split(',').map(str::to_owned).collect();
+    let last = fields.len() - 1;
+    fields[last] = format!("{}", fields[last].parse::<f64>().unwrap() + 7.0);
+    lines[40] = fields.join(",");
+    fs::write(at.join("table.csv"), lines.join("\n") + "\n").unwrap();
+    let output = calibench(at, &["calibrate", "table.csv", "--robot", "ur5", "--noise", "20um", "-o", "ur5"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let told = String::from_utf8_lossy(&output.stderr);
+    let cause = said.lines().find(|line| line.starts_with("Cause: ")).unwrap_or_else(|| panic!("{said}{told}"));
+    assert!(cause.contains("disagrees with all others"), "{cause}");
+    assert!(said.contains("Next: measure that sample again, or leave out"), "{said}");
 }

@@ -118,7 +118,16 @@ impl Adjustment {
         self.outcome = Outcome::IterationLimit;
         let (least, down, most) = if depends { (1e-4, 30.0, MOST_UNDER_LOADS) } else { (1e-6, 10.0, MAX_ITERATIONS) };
         let last = self.iterations + problem.most_steps().unwrap_or(most);
+        let mut looked = self.iterations;
         while self.iterations < last {
+            if self.iterations >= looked + MAX_ITERATIONS {
+                looked = self.iterations;
+                // After so many steps a descent that is at no arm does not come back to one.
+                if problem.left_linear_range(&self.values).is_some() {
+                    self.outcome = Outcome::LeftLinearRange;
+                    break;
+                }
+            }
             if self.factor_scaled(lambda).is_err() {
                 if lambda > 1e6 {
                     return Err(FitError::Singular);
