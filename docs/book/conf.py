@@ -33,6 +33,7 @@ highlight_language = "text"
 html_theme = "furo"
 html_title = "calibench"
 html_static_path = ["style.css"]
+html_favicon = "../../report/src/page/icon.svg"
 html_css_files = ["style.css"]
 html_copy_source = False
 html_show_sphinx = False
