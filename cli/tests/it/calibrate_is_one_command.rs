@@ -119,8 +119,8 @@ fn a_mistyped_row_is_named_first() {
     let text = fs::read_to_string(at.join("table.csv")).unwrap();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let mut fields: Vec<String> = lines[20].split(',').map(str::to_owned).collect();
-    let last = fields.len() - 1;
-    fields[last] = format!("{}", fields[last].parse::<f64>().unwrap() + 7.0);
+    let z = lines[0].split(',').position(|title| title.trim() == "z_dif").expect("the table has it");
+    fields[z] = format!("{}", fields[z].parse::<f64>().unwrap() + 7.0);
     lines[20] = fields.join(",");
     fs::write(at.join("table.csv"), lines.join("\n") + "\n").unwrap();
     let output = calibench(at, &["calibrate", "table.csv", "--robot", "ur5", "--noise", "20um", "-o", "ur5"]);
