@@ -29,7 +29,8 @@ for folder in os.listdir(site):
     if folder.endswith(".dist-info"):
         wanted.discard(re.sub(r"[-_.]+", "-", folder.split("-")[0]).lower())
         for path, _, size in csv.reader(open(os.path.join(site, folder, "RECORD"), newline="")):
-            if size and os.path.getsize(os.path.join(site, path)) != int(size):
+            # A wheel that brings a compiled file by mistake, as numpy 1.26.4 does, lists the size that it had before pip compiled it again.
+            if size and not path.endswith(".pyc") and os.path.getsize(os.path.join(site, path)) != int(size):
                 sys.exit(1)
 if wanted:
     sys.exit(1)
