@@ -1,6 +1,7 @@
 //! Experiments: repeated runs of the procedure on the simulated cell, and tests of the advice on measured data.
 
 pub mod adaptive;
+pub mod bench;
 pub mod checks;
 pub mod design;
 pub mod gallery;

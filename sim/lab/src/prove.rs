@@ -23,7 +23,7 @@ pub use divisions::{Case, Division, by_blocks, by_campaigns, by_places, by_postu
 pub use rows::{Part, Row, csv};
 
 /// Least number of judged postures for this ratio: a mean of n postures scatters by 0.42/sqrt(n).
-const LEAST_JUDGED: usize = 15;
+pub const LEAST_JUDGED: usize = 15;
 
 /// One division of the data, and its result.
 #[derive(Debug, Clone, Serialize)]
@@ -56,6 +56,17 @@ pub struct Proof {
     pub rows: Option<PathBuf>,
 }
 
+/// The outcome of a division: its figures, and the two calibrations that they are of.
+#[derive(Debug, Clone)]
+pub struct Proven {
+    /// The figures.
+    pub proof: Proof,
+    /// The default model, identified on the fitted rows.
+    pub default: Calibration,
+    /// The recommended model, identified on them.
+    pub recommended: Calibration,
+}
+
 impl Proof {
     /// Ratio of the recommended to the default model's error.
     pub fn ratio(&self) -> f64 {
@@ -77,12 +88,22 @@ impl Case<'_> {
         if self.anew { calibration.set_up_anew() } else { calibration.clone() }
     }
 
-    /// Runs the ladder on the fitted rows, as a user would, and judges its advice on the others; also returns the calibration
-    /// with the default model.
+    /// Time to identify the default model alone on the fitted rows, s.
     ///
     /// # Errors
     /// If the default model does not match the data.
-    pub fn prove(&self) -> Result<(Proof, Calibration), IdentifyError> {
+    pub fn seconds_of_default(&self) -> Result<f64, IdentifyError> {
+        let fitted = self.fitted();
+        let began = Instant::now();
+        identify(&fitted, &Model::default_for(fitted[0].dataset))?;
+        Ok(began.elapsed().as_secs_f64())
+    }
+
+    /// Runs the ladder on the fitted rows, as a user would, and judges its advice on the others.
+    ///
+    /// # Errors
+    /// If the default model does not match the data.
+    pub fn prove(&self) -> Result<Proven, IdentifyError> {
         let (fitted, judged) = (self.fitted(), self.judged());
         let model = Model::default_for(fitted[0].dataset);
         let takes = |s: &Sample| Use::Validation.takes(s);
@@ -119,7 +140,7 @@ impl Case<'_> {
             seconds,
             rows: None,
         };
-        Ok((proof, first.calibration.clone()))
+        Ok(Proven { proof, default: first.calibration.clone(), recommended: advised.calibration.clone() })
     }
 }
 

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::NamedDataset;
-use calibench_lab::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
+use calibench_lab::prove::{
+    Case, Proof, Proven, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv,
+};
 use serde_json::json;
 
 use super::{Arguments, FOLDS, thin};
@@ -32,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut proofs: Vec<Proof> = Vec::with_capacity(cases.len());
     for case in &cases {
         waiting.now(format!("proving {}, {}", case.robot, case.fold));
-        let (mut proof, default) = case.prove().map_err(|e| format!("{}, {}: {e}", case.robot, case.fold))?;
+        let Proven { mut proof, default, .. } = case.prove().map_err(|e| format!("{}, {}: {e}", case.robot, case.fold))?;
         if let Some(folder) = &arguments.rows {
             let path = free_name(folder, &case.file_name(), &proofs);
             write_whole(&path, csv(&case.rows(&default)?).as_bytes())?;

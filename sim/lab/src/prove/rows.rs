@@ -2,7 +2,7 @@
 
 use calibench::identify::calibration::{Calibration, IdentifyError};
 use calibench::identify::problem::Use;
-use calibench::measure::dataset::{Dataset, Measured, NamedDataset};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::measure::poses::Postures;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
@@ -16,6 +16,8 @@ pub enum Part {
     Fitted,
     /// Held out.
     Judged,
+    /// Measured on the set-up of a held-out campaign, to find its base and tool and nothing else.
+    SetUp,
 }
 
 /// One sample of a division.
@@ -27,11 +29,22 @@ pub struct Row {
     pub posture: usize,
     /// Joint angles as the controller reports them, rad (N).
     pub q: Vec<f64>,
+    /// Name of the measured point of the tool and of its set-up: rows of one name share base and tool.
+    pub tool: String,
     /// Name of the ball if its position is not known in advance. A ball without fitted rows is placed by the judged rows.
     pub free_ball: Option<String>,
     /// Measured minus predicted by the default model, in the axes of the robot's base, m; for a distance, along the line of
     /// sight.
     pub error: Vector3<f64>,
+    /// Position of the measured point by the default model, in the frame of the robot's base, m.
+    pub predicted: Vector3<f64>,
+}
+
+impl Row {
+    /// True if the default model was identified on it.
+    pub fn is_fitted(&self) -> bool {
+        self.part == Part::Fitted
+    }
 }
 
 impl Case<'_> {
@@ -45,6 +58,17 @@ impl Case<'_> {
         let postures = rows.iter().map(|r| r.posture).max().unwrap_or(0);
         rows.extend(part_rows(&self.as_judged(default), &self.judged(), Part::Judged, postures)?);
         Ok(rows)
+    }
+
+    /// The rows of a held-out campaign that determine its base and tool, under `calibration`; none of other divisions.
+    ///
+    /// # Errors
+    /// If the calibration is of other data.
+    pub fn set_up_rows(&self, calibration: &Calibration) -> Result<Vec<Row>, IdentifyError> {
+        if !self.anew {
+            return Ok(Vec::new());
+        }
+        part_rows(&self.as_judged(calibration), &self.judged(), Part::SetUp, 0)
     }
 
     /// File name for the rows, without folder: non-alphanumeric characters become dashes.
@@ -62,31 +86,43 @@ fn part_rows(
     part: Part,
     before: usize,
 ) -> Result<Vec<Row>, IdentifyError> {
-    let which = if part == Part::Fitted { Use::Fit } else { Use::Validation };
+    let which = if part == Part::Judged { Use::Validation } else { Use::Fit };
     let applied = calibration.apply(datasets, which)?;
-    let mut errors = Vec::with_capacity(applied.problem.sample_count());
+    let mut seen = Vec::with_capacity(applied.problem.sample_count());
     applied.problem.for_each_sample(&applied.values, &mut |posed| {
         let base = posed.posture.frame(0);
-        errors.push(Vector3::new(base.x.dot(&posed.residual), base.y.dot(&posed.residual), base.z.dot(&posed.residual)));
+        seen.push((base.components(&posed.residual), base.components(&(posed.posture.tcp() - base.o))));
     });
     let postures = Postures::of(datasets, |s| which.takes(s));
-    let samples =
-        datasets.iter().flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s)).map(move |s| (d.dataset, s)));
+    let samples = datasets
+        .iter()
+        .flat_map(|d| d.dataset.samples.iter().filter(|s| which.takes(s)).map(move |s| ((d.name, d.dataset), s)));
     let free_ball = |dataset: &Dataset, measured: &Measured| match measured {
         Measured::Ball { ball, .. } => dataset.balls.get(*ball).filter(|b| b.free).map(|b| b.id.clone()),
         Measured::Point(_) | Measured::Distance { .. } => None,
     };
     Ok(samples
         .zip(postures.of_samples())
-        .zip(errors)
-        .map(|(((dataset, sample), posture), error)| Row {
+        .zip(seen)
+        .map(|((((name, dataset), sample), posture), (error, predicted))| Row {
             part,
             posture: before + posture + 1,
             q: sample.q.clone(),
+            tool: tool(name, dataset, sample),
             free_ball: free_ball(dataset, &sample.measured),
             error,
+            predicted,
         })
         .collect())
+}
+
+/// The campaign, the session if it has one, and the point of the tool, parted by slashes.
+fn tool(campaign: &str, dataset: &Dataset, sample: &Sample) -> String {
+    let target = sample.tool_target.and_then(|k| dataset.tool_targets.get(k)).map_or("tcp", |target| target.id.as_str());
+    match &sample.session {
+        Some(session) => format!("{campaign}/{session}/{target}"),
+        None => format!("{campaign}/{target}"),
+    }
 }
 
 /// The rows as a CSV file: `part`, `posture`, `q1_deg` and so on, `free_ball`, `error_x_mm`, `error_y_mm`, `error_z_mm`.
