@@ -2,6 +2,7 @@
 //! cell or the disk.
 
 mod add;
+mod bench;
 mod calibrate;
 mod catalogue;
 mod cell;
@@ -118,6 +119,8 @@ enum Verb {
     Keep(keep::Keep),
     /// What can be wrong with an arm
     Effects(effects::Arguments),
+    /// Compare methods of calibration on the same divisions of public data
+    Bench(bench::Arguments),
     /// The built-in arms and others
     Robots(robots::Arguments),
     /// Print the script by which a shell completes verbs and options
@@ -191,6 +194,7 @@ fn perform(verb: &Verb) -> Result<Outcome, Failure> {
         Verb::Cell(verb) => verb.run(),
         Verb::Keep(verb) => verb.run(),
         Verb::Effects(a) => effects::run(a),
+        Verb::Bench(a) => bench::run(a),
         Verb::Robots(a) => robots::run(a),
         Verb::Completions(a) => shell::completions(a),
         Verb::Man(a) => shell::man(a),

@@ -8,14 +8,14 @@ const STAGES: [(&str, &[&str]); 5] = [
     ("Find what is missing", &["diagnose", "add", "ladder", "compare", "report", "workbench"]),
     ("Use the calibration", &["compensate"]),
     ("Measure", &["plan", "measure"]),
-    (MORE, &["sim", "cell", "keep", "effects", "robots", "completions", "man", "help"]),
+    (MORE, &["sim", "cell", "keep", "effects", "bench", "robots", "completions", "man", "help"]),
 ];
 
 /// The stage of the groups, listed with the verbs in them.
 const MORE: &str = "More";
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 37] = [
+const EXAMPLES: [(&str, &[&str]); 38] = [
     (
         "calibrate",
         &["calibrate measurements.csv --robot ur5 --noise 20um --tolerance 0.2mm -o ur5", "calibrate runs/paper/trical -o kr6"],
@@ -87,6 +87,7 @@ const EXAMPLES: [(&str, &[&str]); 37] = [
         "effects prove",
         &["effects prove runs/ur10", "effects prove runs/ur10 -o prove.html", "effects prove runs/ur10 --folds 5"],
     ),
+    ("bench", &["bench -o runs/bench", "bench --only ur5 --rival mine=./mine -o runs/bench"]),
     ("robots", &["robots", "robots from-urdf arm.urdf -o arm.robot.toml"]),
     ("completions", &["completions bash > ~/.local/share/bash-completion/completions/calibench"]),
     ("man", &["man -o ~/.local/share/man/man1"]),

@@ -25,6 +25,7 @@ mod every_command_on_the_pages_runs;
 mod every_fault_of_a_cell_is_survived_or_named;
 mod hunting_tells_the_truth;
 mod many_rows_are_imported_in_little_memory;
+mod methods_are_compared_on_the_same_rows;
 mod mujoco_runs_the_whole_procedure;
 mod next_measurements_are_planned;
 #[path = "../../../tests/it/oracles.rs"]
