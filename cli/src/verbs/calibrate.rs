@@ -49,6 +49,10 @@ const MAP: &str = "map.toml";
 const HELD_OUT: f64 = 0.2;
 /// Fewest rows of which some can be fitted and the others judge.
 const FEWEST: usize = 10;
+/// A row held out is far off beyond this many times the median error: of a thousand normal errors the largest is 2.6 times.
+const GROSS: f64 = 8.0;
+/// Most rows that are named.
+const MOST_NAMED: usize = 3;
 /// Seed of the choice of what is held out.
 const SEED: u64 = 1;
 
@@ -129,8 +133,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
     let outcome = if is_met { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
-    let to_do =
+    let mut to_do =
         what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
+    if gate.misfit.is_none() {
+        to_do.extend(gross_rows(&chosen.calibration, &named)?);
+    }
     let document = documents::Judged {
         next: to_do.clone(),
         misfit: gate.misfit.clone(),
@@ -202,6 +209,34 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);
     Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })
+}
+
+/// What to do about rows held out that are far off, which no fit has seen and no diagnosis names.
+fn gross_rows(calibration: &Calibration, named: &[NamedDataset<'_>]) -> Result<Option<String>, Failure> {
+    let prediction = calibration.predict(named, Use::Validation)?;
+    let mut rows: Vec<(f64, &String)> = prediction
+        .residuals
+        .iter()
+        .map(|r| r.norm())
+        .zip(&prediction.sample_ids)
+        .filter(|(error, _)| error.is_finite())
+        .collect();
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some(&(median, _)) = rows.get(rows.len() / 2) else { return Ok(None) };
+    let gross: Vec<String> = rows
+        .iter()
+        .take_while(|(error, _)| *error > GROSS * median)
+        .map(|(error, id)| format!("{id} ({:.3} mm)", error / MM))
+        .collect();
+    let few = gross.len().min(MOST_NAMED);
+    Ok((!gross.is_empty()).then(|| {
+        let more = if gross.len() > few { format!(" and {} more", gross.len() - few) } else { String::new() };
+        format!(
+            "measure again, or leave out, of the rows held out {}{more}: half of them are within {:.3} mm",
+            gross[..few].join(", "),
+            median / MM
+        )
+    }))
 }
 
 /// The dataset as it is read back, with the digest by which a calibration knows it and with a robot of its own.

@@ -110,23 +110,41 @@ fn what_is_missing_is_named_and_nothing_is_written() {
     }
 }
 
-/// A row mistyped by millimetres is named on the first screen, with what else is wrong, and is to be looked at.
+/// A row mistyped by millimetres is named on the first screen, with what else is wrong, and is to be looked at, whether it was fitted or
+/// held out.
 #[test]
-fn a_mistyped_row_is_named_first() {
+fn a_mistyped_row_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     table(at, 80);
     let text = fs::read_to_string(at.join("table.csv")).unwrap();
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let mut fields: Vec<String> = lines[20].split(',').map(str::to_owned).collect();
-    let z = lines[0].split(',').position(|title| title.trim() == "z_dif").expect("the table has it");
-    fields[z] = format!("{}", fields[z].parse::<f64>().unwrap() + 7.0);
-    lines[20] = fields.join(",");
-    fs::write(at.join("table.csv"), lines.join("\n") + "\n").unwrap();
-    let output = calibench(at, &["calibrate", "table.csv", "--robot", "ur5", "--noise", "20um", "-o", "ur5"]);
-    let said = String::from_utf8_lossy(&output.stdout);
-    let told = String::from_utf8_lossy(&output.stderr);
-    let cause = said.lines().find(|line| line.starts_with("Cause: ")).unwrap_or_else(|| panic!("{said}{told}"));
-    assert!(cause.contains("disagrees with all others"), "{cause}");
-    assert!(said.contains("Next: measure that sample again, or leave out"), "{said}");
+    let right: Vec<String> = text.lines().map(str::to_owned).collect();
+    let z = right[0].split(',').position(|title| title.trim() == "z_dif").expect("the table has it");
+    let arguments = ["calibrate", "table.csv", "--robot", "ur5", "--noise", "20um", "--wide", "-o", "ur5"];
+    let output = calibench(at, &arguments);
+    assert!(!String::from_utf8_lossy(&output.stdout).contains("leave out"), "the table as it is has no such row");
+    let samples = fs::read_to_string(at.join("ur5/samples.csv")).unwrap();
+    let place = |title: &str| samples.lines().next().unwrap().split(',').position(|t| t == title).expect("a column");
+    let [id, set] = ["id", "set"].map(place);
+    let line_of = |wanted: &str| {
+        let mut rows = samples.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
+        let row = rows.find(|row| row[set] == wanted).expect("rows of both sets");
+        row[id].rsplit(':').next().and_then(|line| line.parse::<usize>().ok()).expect("the line of the table") - 1
+    };
+    for (line, cause, to_do) in [
+        (line_of(""), "disagrees with all others", "Next: measure that sample again, or leave out"),
+        (line_of("validation"), "Cause: ", "Next: measure again, or leave out, of the rows held out table:"),
+    ] {
+        let mut lines = right.clone();
+        let mut fields: Vec<String> = lines[line].split(',').map(str::to_owned).collect();
+        fields[z] = format!("{}", fields[z].parse::<f64>().unwrap() + 7.0);
+        lines[line] = fields.join(",");
+        fs::write(at.join("table.csv"), lines.join("\n") + "\n").unwrap();
+        let output = calibench(at, &arguments);
+        let said = String::from_utf8_lossy(&output.stdout);
+        let told = String::from_utf8_lossy(&output.stderr);
+        let found = said.lines().find(|line| line.starts_with("Cause: ")).unwrap_or_else(|| panic!("{said}{told}"));
+        assert!(found.contains(cause), "{line}: {found}");
+        assert!(said.contains(to_do), "{line}: {said}");
+    }
 }
