@@ -34,6 +34,8 @@ pub struct Adjustment {
     exact: bool,
     /// What that dependence added to the columns where it was last found (kept x rows); empty before.
     through_loads: DMatrix<f64>,
+    /// True if these columns are found from settled loads.
+    settled_columns: bool,
     /// `[J r]^T [J r]`, plus the information of the priors.
     normal: DMatrix<f64>,
     scaled: DMatrix<f64>,
@@ -76,6 +78,7 @@ impl Adjustment {
             states: Default::default(),
             exact: false,
             through_loads: DMatrix::zeros(0, 0),
+            settled_columns: false,
             normal: DMatrix::zeros(unknowns + 1, unknowns + 1),
             scaled: DMatrix::zeros(unknowns, unknowns),
             gradient: DVector::zeros(unknowns),
@@ -138,6 +141,7 @@ impl Adjustment {
         self.values.copy_from_slice(start);
         self.iterations = 0;
         self.through_loads = DMatrix::zeros(0, 0);
+        self.settled_columns = false;
         if !problem.depends_on_values() {
             return self.descend(problem);
         }

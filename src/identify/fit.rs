@@ -19,8 +19,11 @@ const FAR: f64 = 100.0;
 /// Largest number of selections; on measured data the third has agreed with the second.
 const MOST_JUDGEMENTS: usize = 4;
 
-/// Parameters are held against residuals that exceed the noise by this factor.
-const HELD_AGAIN: f64 = 1.2;
+/// Parameters are held against residuals that exceed the noise by this factor, from one trial to the next.
+const EXCESS: f64 = 1.2;
+
+/// Beyond this factor the data do not fit the robot, and what they separate means nothing.
+const MOST_EXCESS: f64 = 100.0;
 
 /// Share of chi-square, and its amount, by which a larger model may fit worse: the residual error of loads that follow the
 /// posture.
@@ -97,19 +100,21 @@ pub fn check_nested(before: &Fit, after: &Fit) -> Result<(), FitError> {
 /// the others keep their values from there. Where that ends at no arm though the noise is stated, the parameters are held against
 /// the residuals instead: what a noise far below them would separate, they do not.
 fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize], needed: &[usize]) -> Result<Fit, FitError> {
-    let mut noise = 1.0;
-    let mut fit = fit_above(noise, problem, judged, start, free, needed)?;
-    let mut iterations = 0;
-    for _ in 1..MOST_JUDGEMENTS {
-        let residual = if fit.dof == 0 { 0.0 } else { (fit.chi2 / fit.dof as f64).sqrt() };
-        if fit.outcome == Outcome::Converged || !problem.noise_stated() || residual < HELD_AGAIN * noise {
-            break;
-        }
-        noise = residual;
-        iterations += fit.iterations;
-        fit = fit_above(noise, problem, judged, start, free, needed)?;
+    let first = fit_above(1.0, problem, judged, start, free, needed)?;
+    let residual = |fit: &Fit| if fit.dof == 0 { 0.0 } else { (fit.chi2 / fit.dof as f64).sqrt() };
+    let (mut noise, mut iterations) = (residual(&first), first.iterations);
+    if first.outcome != Outcome::LeftLinearRange || !problem.noise_stated() || !(EXCESS..MOST_EXCESS).contains(&noise) {
+        return Ok(first);
     }
-    Ok(Fit { iterations: iterations + fit.iterations, ..fit })
+    for _ in 1..MOST_JUDGEMENTS {
+        let held = fit_above(noise, problem, judged, start, free, needed)?;
+        iterations += held.iterations;
+        if held.outcome != Outcome::LeftLinearRange {
+            return Ok(Fit { iterations, ..held });
+        }
+        noise = noise.max(residual(&held)) * EXCESS;
+    }
+    Ok(first)
 }
 
 /// The same, the parameters held against this noise, in units of the stated one.

@@ -49,7 +49,9 @@ pub(super) fn by_map(
     sets: &[SampleSet],
 ) -> Result<(Dataset, ImportReport), ImportError> {
     let mut report = ImportReport::default();
-    refuse_copies(files)?;
+    if map.join.is_none() {
+        refuse_copies(files)?;
+    }
     if map.join.is_some() && !sets.is_empty() {
         return Err(ImportError::SetsOfJoined);
     }

@@ -171,6 +171,12 @@ impl Adjustment {
                 // Only rounding remains to be gained.
                 let left = length * (1.0 + lambda).sqrt();
                 self.outcome = if length < 1e-5 && left < tolerance.max(1e-5) { Outcome::Converged } else { Outcome::Stalled };
+                if self.outcome == Outcome::Stalled && depends && !self.settled_columns {
+                    self.settled_columns = true;
+                    self.find_exact_columns(problem);
+                    lambda = 0.0;
+                    continue;
+                }
                 break;
             }
             lambda = f64::max(10.0 * lambda, least);
@@ -210,23 +216,32 @@ impl Adjustment {
     }
 
     /// Makes the columns at the present values exact by differences, including the dependence of the loads on the
-    /// parameters.
+    /// parameters: one step of the loads from those at the present values, or settled ones if a descent has stalled with those.
     fn find_exact_columns(&mut self, problem: &Problem) {
         self.exact = true;
         self.settle(problem, false);
-        let [there, under] = &mut self.states;
-        // Everywhere the loads of one step from the same ones: settled ones would differ by more than a difference.
-        problem.load(under, &self.values, there, &mut self.room);
-        problem.linearise(&self.values, there, &mut self.work, &mut self.near);
         let residuals = self.kept.len();
-        self.through_loads = -self.near.transposed.rows(0, residuals);
-        self.trial.copy_from_slice(&self.values);
-        for k in 0..residuals {
-            let (p, step) = (self.kept[k], DIFFERENCE * self.scale[k]);
-            self.trial[p] += step;
-            problem.load(under, &self.trial, there, &mut self.room);
-            problem.linearise(&self.trial, there, &mut self.work, &mut self.alone);
-            self.trial[p] = self.values[p];
+        for k in 0..=residuals {
+            // The present values first, under loads made in the same way: a difference is smaller than that of two ways.
+            let difference = k.checked_sub(1).map(|k| (k, self.kept[k], DIFFERENCE * self.scale[k]));
+            self.trial.copy_from_slice(&self.values);
+            if let Some((_, p, step)) = difference {
+                self.trial[p] += step;
+            }
+            let state = if self.settled_columns {
+                self.settle(problem, true);
+                &self.states[1]
+            } else {
+                let [there, under] = &mut self.states;
+                problem.load(under, &self.trial, there, &mut self.room);
+                there
+            };
+            let Some((k, _, step)) = difference else {
+                problem.linearise(&self.trial, state, &mut self.work, &mut self.near);
+                self.through_loads = -self.near.transposed.rows(0, residuals);
+                continue;
+            };
+            problem.linearise(&self.trial, state, &mut self.work, &mut self.alone);
             for (mut here, there) in self.near.transposed.column_iter_mut().zip(self.alone.transposed.iter()) {
                 here[k] = (here[residuals] - there) / step;
             }
