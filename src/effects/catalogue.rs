@@ -18,7 +18,7 @@ mod gauge_zero;
 mod gravity_backlash;
 mod gravity_direction;
 mod harmonic;
-mod hose;
+mod hose_pull;
 mod hysteresis;
 mod instrument_scale;
 mod joint_compliance;
@@ -72,7 +72,7 @@ pub const CATALOGUE: &[Family] = &[
     wrist_coupling::FAMILY,
     joint_source::FAMILY,
     product::FAMILY,
-    hose::FAMILY,
+    hose_pull::FAMILY,
     bearing_tilt::FAMILY,
     link_bending::FAMILY,
     link_mass::FAMILY,
