@@ -132,6 +132,7 @@ fn is_offered(id: &str, model: &Model, datasets: &[NamedDataset<'_>]) -> bool {
             let oriented = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
             !d.dataset.tool_free && d.dataset.weighs_orientations() && d.dataset.samples.iter().any(oriented)
         }),
+        Offered::InOrder => fitted(datasets).next().is_some(),
         Offered::OnKnownBalls => {
             // Of a cell that nothing was measured in, all.
             fitted(datasets).next().is_none() || datasets.iter().any(|d| probes_known(d.dataset, &EffectId::new(id)))

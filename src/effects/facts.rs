@@ -80,6 +80,8 @@ pub enum Offered {
     ToLogs,
     /// If orientations are measured too.
     ToOrientations,
+    /// If samples were measured, whose order it follows.
+    InOrder,
     /// Of a ball with a known place, if it was probed: a free one is fitted in any case, and of one that was not probed the data say nothing.
     OnKnownBalls,
     /// Only by name.

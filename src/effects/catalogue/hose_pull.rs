@@ -25,7 +25,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::LastMove],
     role: Role::Event,
-    offered: Offered::Always,
+    offered: Offered::InOrder,
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
