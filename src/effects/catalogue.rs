@@ -18,7 +18,7 @@ mod gauge_zero;
 mod gravity_backlash;
 mod gravity_direction;
 mod harmonic;
-mod hose_pull;
+mod hose_drag;
 mod hysteresis;
 mod instrument_scale;
 mod joint_compliance;
@@ -72,7 +72,7 @@ pub const CATALOGUE: &[Family] = &[
     wrist_coupling::FAMILY,
     joint_source::FAMILY,
     product::FAMILY,
-    hose_pull::FAMILY,
+    hose_drag::FAMILY,
     bearing_tilt::FAMILY,
     link_bending::FAMILY,
     link_mass::FAMILY,

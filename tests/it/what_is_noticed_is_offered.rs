@@ -35,7 +35,7 @@ fn a_tool_that_rocks_is_not_noise_and_noise_is() {
 #[test]
 fn a_loose_tool_a_wandering_base_and_a_hose_are_named() {
     for (class, named) in
-        [(Class::RockingTool, "tool_looseness"), (Class::Wandering, "base_wander"), (Class::Memory, "hose_pull")]
+        [(Class::RockingTool, "tool_looseness"), (Class::Wandering, "base_wander"), (Class::Memory, "hose_drag")]
     {
         for seed in FIRST..FIRST + 2 {
             let end = climbed(class, seed);

@@ -1,4 +1,4 @@
-//! `hose_pull:J:V`: the hose or cable of joint V follows it with play and pulls at joint J by where it lies,
+//! `hose_drag:J:V`: the hose or cable of joint V follows it with play and pulls at joint J by where it lies,
 //! `theta_J += h (q_V - hose_V) / play`, with a play of 0.5 rad on either side; the hose begins where the joint begins, and goes
 //! through the samples of a session in the order of measurement.
 
@@ -11,12 +11,12 @@ use crate::effects::{EffectId, ParameterSpec};
 use crate::units::{URAD, Unit};
 
 impl EffectId {
-    /// Pull of a joint's hose at another joint, `hose_pull:J:V`.
-    pub const HOSE_PULL: &str = "hose_pull";
+    /// Pull of a joint's hose at another joint, `hose_drag:J:V`.
+    pub const HOSE_DRAG: &str = "hose_drag";
 }
 
 pub(super) const FAMILY: Family = Family {
-    id: EffectId::HOSE_PULL,
+    id: EffectId::HOSE_DRAG,
     arguments: ":J:V",
     name: "pull at {joint} by the hose of {joint 2}",
     what: "a hose that follows one joint with play pulls at another",
