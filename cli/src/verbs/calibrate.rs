@@ -8,6 +8,7 @@ use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Task};
 use calibench::files::FileError;
 use calibench::files::disk::{check_output_folder, replace_folder, write_whole};
+use calibench::files::streams::is_standard_input;
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, write_calibration};
 use calibench::identify::model_file::write_model;
@@ -192,10 +193,12 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         }
         return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
     }
-    if let Some(missing) = arguments.tables.iter().find(|table| !table.exists()) {
-        return Err(FileError::whole(missing, "is not there", "give a table, or the folder of a dataset").into());
-    }
     let Some(named) = arguments.robot.as_deref() else {
+        // A folder that is not there is a dataset with a robot of its own, perhaps.
+        let is_there = |table: &PathBuf| is_standard_input(table) || table.exists();
+        if let Some(missing) = arguments.tables.iter().find(|table| !is_there(table)) {
+            return Err(FileError::whole(missing, "is not there", "give a table, or the folder of a dataset").into());
+        }
         let problem =
             format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
         return Err(problem.into());

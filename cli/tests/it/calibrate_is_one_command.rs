@@ -3,6 +3,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use serde_json::Value;
 
@@ -147,4 +148,22 @@ fn a_mistyped_row_is_named() {
         assert!(found.contains(cause), "{line}: {found}");
         assert!(said.contains(to_do), "{line}: {said}");
     }
+}
+
+#[test]
+fn a_table_may_come_from_a_stream() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 60);
+    let fed = |tail: &str| {
+        let program = env!("CARGO_BIN_EXE_calibench");
+        let script = format!("{program} calibrate {tail} --robot ur5 -o ur5");
+        let output = Command::new("bash").current_dir(at).args(["-c", &script]).output().unwrap();
+        let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{script}: {told}");
+        said.into_owned()
+    };
+    let rows = fs::read_to_string(at.join("table.csv")).unwrap().lines().count() - 1;
+    let read = format!("Read: {rows} rows");
+    assert!(fed("- < table.csv").contains(&read));
 }
