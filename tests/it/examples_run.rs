@@ -18,7 +18,7 @@ fn arrays_are_identified() {
 #[test]
 fn an_effect_of_one_s_own_is_named_and_fitted() {
     let (named, pull) = own_effect::named_and_fitted().unwrap();
-    assert_eq!(named, ["hose_drag:1"]);
+    assert_eq!(named, ["hose_pull:1"]);
     assert!((pull.value - own_effect::PULL).abs() < 4.0 * pull.sigma && own_effect::PULL > 8.0 * pull.sigma, "{pull:?}");
     own_effect::main().unwrap();
 }
