@@ -4,9 +4,11 @@
 
 mod error_table;
 mod expectations;
+mod side_by_side;
 
 pub use error_table::{ErrorRow, ErrorTable, NoErrors, Stage};
 pub use expectations::Expectations;
+pub use side_by_side::{Apart, Compared, Judged, JudgedOn, NotComparable, PairedDifference, SideBySide};
 
 use crate::diagnosis::Diagnosis;
 use crate::identify::calibration::IdentifyError;

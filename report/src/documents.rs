@@ -23,6 +23,7 @@ mod runs;
 mod scatter;
 mod schema;
 mod shifts;
+mod side_by_side;
 mod step;
 mod validation;
 mod workspace;
@@ -76,6 +77,7 @@ pub use self::scatter::{
 };
 pub use self::schema::schemas;
 pub use self::shifts::{ShiftOfNumber, ShiftedParameter, Shifts};
+pub use self::side_by_side::{DifferenceOfErrors, DistanceApart, JudgedCalibration, SideBySide, SideBySideFormat};
 pub use self::step::{
     AddedParameter, CheckErrors, EffectNote, ErrorSummary, Gain, LadderStep, Moment, SessionErrors, Step, StepFormat,
 };

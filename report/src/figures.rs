@@ -43,7 +43,7 @@ pub const RESIDUAL: Figure = Figure {
 pub const CROSS_VALIDATED: Figure = Figure {
     name: "cross-validated",
     meaning: "the same for rows that were each left out of one fit in turn, neighbours together",
-    verbs: &["add", "ladder"],
+    verbs: &["add", "ladder", "compare"],
     keys: &["cross_validated_mm"],
     function: path!(calibench::selection::ladder::ladder_step),
 };

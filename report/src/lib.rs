@@ -31,6 +31,7 @@ mod recovery;
 mod runs;
 mod scatter;
 mod shifts;
+mod side_by_side;
 mod svg;
 mod tables;
 mod unexplained;
@@ -73,6 +74,7 @@ pub use recommended::Recommended;
 pub use recovery::recovery_text;
 pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;
+pub use side_by_side::side_by_side_text;
 pub use tables::{
     Column, Table, column, histogram, optional, orientation_table, orientation_words, parameter_rows, parameter_table,
     plain_rows, plain_table, unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence,

@@ -7,7 +7,7 @@ use super::effect_names::{all_called, capital};
 use super::figures::expected;
 use super::tables::{Table, plain_rows};
 use calibench::identify::calibration::IdentifyError;
-use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError};
+use calibench::prediction::{Banded, Extrapolation, PoseSource, WorkspaceError, WorkspaceMap};
 use calibench::units::MM;
 
 /// A predicted error over the workspace and the origin of its poses.
@@ -62,21 +62,24 @@ impl Forecast {
     /// Expected error by distance from axis 1 (columns) and height over the base (rows, highest first), mm; blank cells hold no
     /// poses.
     pub fn map_table(&self) -> Table {
-        let map = self.error.map();
-        let between =
-            |edges: &[f64]| edges.windows(2).map(|e| format!("{:.0} .. {:.0}", e[0] / MM, e[1] / MM)).collect::<Vec<_>>();
-        let header: Vec<String> = std::iter::once("height \\ radius, mm".to_owned()).chain(between(&map.radius)).collect();
-        let rows: Vec<Vec<String>> = between(&map.height)
-            .into_iter()
-            .zip(&map.cells)
-            .rev()
-            .map(|(height, cells)| {
-                let cells = cells.iter().map(|c| c.map_or_else(String::new, |c| format!("{:.3}", c.error / MM)));
-                std::iter::once(height).chain(cells).collect()
-            })
-            .collect();
-        plain_rows(header, rows)
+        map_table(&self.error.map())
     }
+}
+
+/// A map by distance from axis 1 (columns) and height over the base (rows, highest first), mm; blank cells hold no poses.
+pub(crate) fn map_table(map: &WorkspaceMap) -> Table {
+    let between = |edges: &[f64]| edges.windows(2).map(|e| format!("{:.0} .. {:.0}", e[0] / MM, e[1] / MM)).collect::<Vec<_>>();
+    let header: Vec<String> = std::iter::once("height \\ radius, mm".to_owned()).chain(between(&map.radius)).collect();
+    let rows: Vec<Vec<String>> = between(&map.height)
+        .into_iter()
+        .zip(&map.cells)
+        .rev()
+        .map(|(height, cells)| {
+            let cells = cells.iter().map(|c| c.map_or_else(String::new, |c| format!("{:.3}", c.error / MM)));
+            std::iter::once(height).chain(cells).collect()
+        })
+        .collect();
+    plain_rows(header, rows)
 }
 
 /// The reason why no error over the workspace is predicted.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::RunChange;
 use super::fleet_prior::FleetPrior;
+use crate::effects::catalogue::setting_aside;
 use crate::effects::error_field::ErrorField;
 use crate::effects::facts::Role;
 use crate::effects::family::Family;
@@ -91,6 +92,11 @@ impl Model {
     /// True if `effects` lists this id.
     pub fn lists(&self, effect: &str) -> bool {
         self.effects.iter().any(|e| e == effect)
+    }
+
+    /// True if a sample is set aside: it has a place of its own, and no longer counts.
+    pub fn sets_aside(&self, sample: &str) -> bool {
+        self.lists(&setting_aside(sample))
     }
 
     /// The ids of its effects, as in files.

@@ -1,6 +1,7 @@
 //! Map of the expected error over the workspace, by distance from axis 1 and height.
 
-use super::expected_error::WorkspaceError;
+use super::expected_error::{ExpectedError, WorkspaceError, expected_errors};
+use crate::measure::dataset::Dataset;
 
 /// Number of cells in each direction.
 const CELLS: usize = 5;
@@ -44,15 +45,25 @@ impl WorkspaceError {
     /// assert_eq!(map.cells[2][2], None);
     /// ```
     pub fn map(&self) -> WorkspaceMap {
+        WorkspaceMap::of(&self.poses)
+    }
+}
+
+impl WorkspaceMap {
+    /// The map of some other length, m, of each posture (rad, N) of the robot and set-up of a dataset.
+    pub(crate) fn over(dataset: &Dataset, postures: &[Vec<f64>], length: impl Fn(usize) -> f64) -> Self {
+        WorkspaceMap::of(&expected_errors(dataset, postures, length))
+    }
+
+    fn of(all: &[ExpectedError]) -> Self {
         let edges = |of: &dyn Fn(usize) -> f64| {
-            let range =
-                (0..self.poses.len()).map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            let range = (0..all.len()).map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
             (0..=CELLS).map(|k| range.0 + (range.1 - range.0) * k as f64 / CELLS as f64).collect::<Vec<f64>>()
         };
-        let (radius, height) = (edges(&|p| self.poses[p].radius), edges(&|p| self.poses[p].height));
+        let (radius, height) = (edges(&|p| all[p].radius), edges(&|p| all[p].height));
         let mut cells = vec![vec![None; CELLS]; CELLS];
         let within = |edges: &[f64], x: f64| edges[1..CELLS].iter().filter(|edge| x >= **edge).count();
-        for pose in &self.poses {
+        for pose in all {
             let cell = &mut cells[within(&height, pose.height)][within(&radius, pose.radius)];
             let MapCell { error, poses } = cell.unwrap_or(MapCell { error: 0.0, poses: 0 });
             *cell = Some(MapCell { error: error + pose.error, poses: poses + 1 });
@@ -64,7 +75,7 @@ impl WorkspaceError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::expected_error::{Banded, ExpectedError};
+    use super::super::expected_error::Banded;
     use super::super::poses::PoseSource;
     use super::*;
     use nalgebra::Vector3;

@@ -108,7 +108,18 @@ impl Validation {
 
     /// Computes the statistics of predictions; `None` if there are none.
     pub fn of(prediction: &Prediction) -> Option<Self> {
-        let mut errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();
+        let errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();
+        Some(Validation {
+            orientation: OrientationErrors::of(&prediction.orientations),
+            refitted: prediction.refitted.clone(),
+            from_fit_rows: prediction.from_fit_rows.clone(),
+            ..Validation::of_lengths(&errors)?
+        })
+    }
+
+    /// The statistics of position errors, m, in any order; `None` of nothing.
+    pub(crate) fn of_lengths(errors: &[f64]) -> Option<Self> {
+        let mut errors = errors.to_vec();
         errors.sort_by(f64::total_cmp);
         let [mean, std, rms] = moments(&errors)?;
         Some(Validation {
@@ -119,9 +130,9 @@ impl Validation {
             rms,
             quantiles: QUANTILES.map(|p| quantile(&errors, p)),
             errors,
-            orientation: OrientationErrors::of(&prediction.orientations),
-            refitted: prediction.refitted.clone(),
-            from_fit_rows: prediction.from_fit_rows.clone(),
+            orientation: None,
+            refitted: Vec::new(),
+            from_fit_rows: Vec::new(),
         })
     }
 

@@ -4,7 +4,6 @@ use crate::diagnosis::Examination;
 use crate::diagnosis::Symptom;
 use crate::diagnosis::cross_validation::{cross_validated_positions, folds};
 use crate::diagnosis::folds::postures;
-use crate::effects;
 use crate::identify::calibration::Calibration;
 use crate::identify::fit::FitError;
 use crate::identify::problem::Use;
@@ -69,7 +68,7 @@ impl FitScores {
             model: model.clone(),
             fit: examination.fit.rms,
             // A sample that is excluded no longer counts.
-            cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
+            cross_validated: rms(blocks.iter().filter(|(id, _)| !model.sets_aside(id)).map(|(_, squares)| *squares)),
             posture: postures(&examination.contexts).of_samples().to_vec(),
             sessions: sessions(datasets, model, examination, &blocks, field.is_some()),
             symptoms: Symptom::of(&calibration, datasets),
@@ -113,11 +112,6 @@ fn sessions(
         }
     }
     sessions
-}
-
-/// True if a model excludes a sample.
-fn is_aside(model: &Model, sample: &str) -> bool {
-    model.lists(&effects::catalogue::setting_aside(sample))
 }
 
 /// Name of each sample, and its squared residual in blocked cross-validation, m².

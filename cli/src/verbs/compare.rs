@@ -1,4 +1,6 @@
-//! `compare CALIBRATION DATASET...`.
+//! `compare CALIBRATION... DATASET...`: where one calibration fails, or several side by side.
+
+mod several;
 
 use std::path::PathBuf;
 
@@ -26,8 +28,9 @@ pub struct Arguments {
     /// Calibration file written by `identify`
     #[arg(value_parser = input())]
     calibration: PathBuf,
-    /// Dataset folders; their rows of set 'fit' are compared
-    #[arg(required = true, value_parser = dataset())]
+    /// Dataset folders; their rows of set 'fit' are compared. Further calibration or model files before them: all are judged side
+    /// by side, on rows that no fit has seen
+    #[arg(required = true, value_name = "CALIBRATION|DATASET", value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Compare the rows of set 'validation' instead
     #[arg(long, conflicts_with = "all")]
@@ -47,6 +50,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if arguments.datasets.iter().any(|path| path.is_file()) {
+        return several::run(arguments);
+    }
     if let Some(folder) = &arguments.plots {
         check_output_folder(folder, "comparison", PLOTS_MARK)?;
     }

@@ -198,3 +198,49 @@ fn a_fit_that_did_not_converge_is_used_for_nothing() {
     assert!(said[0].is_answer && said[0].text.starts_with("WARNING: the fit used up its steps"), "{said:?}");
     assert!(said.iter().all(|sentence| !sentence.text.contains("Verdict")), "{said:?}");
 }
+
+#[test]
+fn several_calibrations_are_judged_on_rows_that_no_fit_has_seen() {
+    let folder = run_of("paper.toml");
+    let at = folder.path();
+    fs::write(at.join("base.toml"), r#"effects = ["base_frame"]"#).unwrap();
+
+    // On rows that it has not seen a calibration errs as `validate` says.
+    let all = compared(at, &["run/trical.toml", "base.toml", "run/trical", "run/validation"]);
+    let validated = json(at, &["validate", "run/trical.toml", "run/validation", "--json"]);
+    assert_eq!((&all["format"], &all["judged_on"]), (&"calibench-side-by-side/1".into(), &"held_out".into()));
+    let [first, second] = [&all["calibrations"][0], &all["calibrations"][1]];
+    assert!((number(first, "mean_mm") - number(&validated, "mean_mm")).abs() < 1e-9);
+    assert_eq!(second["difference"]["better"], "run/trical.toml");
+    assert!(number(&second["difference"], "mean_mm") > number(&second["difference"], "two_errors_mm"));
+    assert!(first["apart"].as_array().unwrap().is_empty() && first["difference"].is_null());
+
+    // Two calibrations stand as far apart as the smaller one knows nothing of: about the error of the larger.
+    let apart = &second["apart"].as_array().unwrap()[0];
+    assert_eq!(apart["from"], "ranges");
+    assert!((0.3..3.0).contains(&(number(apart, "mean_mm") / number(second, "mean_mm"))), "{apart}");
+
+    // A calibration beside itself is nowhere apart, and none is preferred.
+    let same = compared(at, &["run/trical.toml", "run/trical.toml", "run/trical", "run/validation"]);
+    let second = &same["calibrations"][1];
+    assert!(second["difference"]["better"].is_null() && number(&second["difference"], "mean_mm") == 0.0);
+    assert!(second["apart"].as_array().unwrap().iter().all(|a| number(a, "max_mm") == 0.0));
+
+    // What a terminal shows are the same figures.
+    let said = done(at, &[&["compare"][..], &["run/trical.toml", "base.toml", "run/trical", "run/validation"]].concat());
+    assert!(
+        said.contains(&format!("{:.3}", number(first, "mean_mm")))
+            && said.contains("Better on rows not fitted: run/trical.toml.")
+    );
+
+    for (arguments, remedy) in [
+        (&["compare", "run/trical.toml", "base.toml"][..], "name a dataset folder"),
+        (&["compare", "run/trical.toml", "base.toml", "run/trical", "--all"], "are for one calibration"),
+        (&["compare", "run/trical.toml", "base.toml", "run/no-such"], "run/no-such"),
+    ] {
+        let refused = calibench(at, arguments);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(remedy), "{said}");
+    }
+}

@@ -40,12 +40,22 @@ fn the_error_at_poses_that_were_not_fitted_decides_and_nothing_else() {
     near(number(&paired["difference_mm"]), mean(&against["figures"]) - mean(&page["figures"]), DRAWN);
     assert!(against["sentence"].as_str().unwrap().starts_with("Better on rows not fitted: ripple.toml."), "{against}");
 
-    // Without such rows nobody is preferred, however small the residual.
+    // `compare` says the same of the same rows, in the same words.
+    let compared = json(at, &["compare", "own.toml", "ripple.toml", "run/trical", "run/validation", "--json"]);
+    let [own_file, second] = [&compared["calibrations"][0], &compared["calibrations"][1]];
+    assert_eq!((&compared["judged_on"], &second["difference"]["better"]), (&"held_out".into(), &"ripple.toml".into()));
+    near(number(&second["difference"]["mean_mm"]), number(&second["mean_mm"]) - number(&own_file["mean_mm"]), 1e-12);
+
+    // Without such rows each fitted row judges that was left out of a fit, however small the residual.
     let fitted_alone = json(at, &["report", "run/trical", "--model", "poor.toml", "--against", "ripple.toml", "--json"]);
     let against_poor = &fitted_alone["against"];
-    assert!(number(&against_poor["figures"]["residual_mm"]) < number(&fitted_alone["figures"]["residual_mm"]));
-    assert!(against_poor["paired"].is_null(), "{against_poor}");
-    assert!(against_poor["sentence"].as_str().unwrap().contains("neither model is preferred"), "{against_poor}");
+    assert_eq!(against_poor["paired"]["better"], "ripple.toml");
+    let sentence = against_poor["sentence"].as_str().unwrap();
+    assert!(sentence.starts_with("Better on rows left out of the fit in turn: ripple.toml."), "{sentence}");
+    let alone = json(at, &["compare", "poor.toml", "ripple.toml", "run/trical", "--json"]);
+    let difference = &alone["calibrations"][1]["difference"];
+    assert_eq!((&alone["judged_on"], difference["sentence"].as_str().unwrap()), (&"left_out".into(), sentence));
+    near(number(&difference["mean_mm"]), number(&against_poor["paired"]["difference_mm"]), DRAWN);
 
     // A model against itself differs in nothing.
     let same = json(at, &["report", "run", "--against", "own.toml", "--json"]);

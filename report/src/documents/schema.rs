@@ -4,7 +4,7 @@ use schemars::{Schema, schema_for};
 
 use super::{
     Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Judged, Ladder, Misfit, Next,
-    Recovery, Run, Runs, Step, Validated,
+    Recovery, Run, Runs, SideBySide, Step, Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.
@@ -26,6 +26,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-recovery", schema_for!(Recovery)),
         ("calibench-run", schema_for!(Run)),
         ("calibench-runs", schema_for!(Runs)),
+        ("calibench-side-by-side", schema_for!(SideBySide)),
         ("calibench-step", schema_for!(Step)),
         ("calibench-validation", schema_for!(Validated)),
     ]

@@ -135,15 +135,17 @@ impl Workspace {
     /// The whole forecast.
     #[must_use]
     pub fn of_forecast(forecast: &Forecast) -> Self {
-        let map = forecast.error.map();
+        Workspace { map: Some(WorkspaceMap::of(&forecast.error.map())), ..Workspace::of(&forecast.error) }
+    }
+}
+
+impl WorkspaceMap {
+    pub(crate) fn of(map: &prediction::WorkspaceMap) -> Self {
         let mm = |edges: &[f64]| edges.iter().map(|x| x / MM).collect::<Vec<f64>>();
-        Workspace {
-            map: Some(WorkspaceMap {
-                radius_mm: mm(&map.radius),
-                height_mm: mm(&map.height),
-                cells: map.cells.iter().map(|row| MapCell::row(row)).collect(),
-            }),
-            ..Workspace::of(&forecast.error)
+        WorkspaceMap {
+            radius_mm: mm(&map.radius),
+            height_mm: mm(&map.height),
+            cells: map.cells.iter().map(|row| MapCell::row(row)).collect(),
         }
     }
 }

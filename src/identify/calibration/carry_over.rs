@@ -28,10 +28,7 @@ impl Calibration {
         let value = self.estimate(&name).map(|e| e.value);
         match parameter.owner {
             Owner::Robot => Some(value.unwrap_or(parameter.start)),
-            Owner::Artifact => {
-                let left_out = || self.unresolved.iter().any(|group| group.first() == Some(&name));
-                value.or_else(|| left_out().then_some(parameter.start))
-            }
+            Owner::Artifact => value.or_else(|| self.knows(&name).then_some(parameter.start)),
             Owner::Session => {
                 let base = &self.seen(&problem.setups()[parameter.setup?])?.base;
                 let plain = parameter.spec.name.as_str();
@@ -54,17 +51,24 @@ impl Calibration {
         let several = || self.setups.iter().any(|s| s.dataset != self.setups[0].dataset);
         Some(match parameter.owner {
             Owner::Artifact if several() => labelled(plain, &seen.dataset),
-            Owner::Artifact => plain.to_owned(),
+            // Beside data that are only judged, those that are fitted have their name.
+            Owner::Artifact => {
+                Some(labelled(plain, &seen.dataset)).filter(|name| self.knows(name)).unwrap_or_else(|| plain.to_owned())
+            }
             Owner::Robot | Owner::Session => self.name_in(seen, plain),
         })
     }
 
     /// The name of a parameter of a set-up: with its label, or with that of its dataset, or without any, if all sessions share it.
     pub fn name_in(&self, setup: &MeasuredSetup, plain: &str) -> String {
-        let left_out = |name: &String| self.unresolved.iter().any(|group| group.first() == Some(name));
-        let is_known = |name: &String| self.estimate(name).is_some() || left_out(name);
         let names = [&setup.label, &setup.dataset, ""].map(|label| labelled(plain, label));
-        names.into_iter().find(is_known).unwrap_or_else(|| labelled(plain, &setup.label))
+        names.into_iter().find(|name| self.knows(name)).unwrap_or_else(|| labelled(plain, &setup.label))
+    }
+
+    /// True if a parameter of this name was estimated, or left out as undetermined.
+    fn knows(&self, name: &str) -> bool {
+        let left_out = || self.unresolved.iter().any(|group| group.first().is_some_and(|first| first == name));
+        self.estimate(name).is_some() || left_out()
     }
 
     /// The set-up of this calibration that corresponds to one of other samples: the one of the same session; if sessions
