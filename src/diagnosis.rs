@@ -30,6 +30,7 @@ mod whiteness;
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
+pub use judgement::MOST_NOISE;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
 pub use symptoms::Symptom;

@@ -55,15 +55,18 @@ pub fn sentences(d: &Diagnosis) -> Vec<Sentence> {
 /// What happened if the rows stand in the order in which they were measured.
 fn by_row_order(d: &Diagnosis) -> Option<String> {
     let found = d.by_row_order.as_ref()?;
-    let family = d.registry.family(&found.hypothesis.in_model)?;
-    let moment = found.hypothesis.moment.as_ref()?;
     Some(format!(
-        "Supposing that the rows stand in the order in which they were measured: {}, {}: {}; explains {:.0} % of the residual.",
-        family.what,
-        moment_words(moment),
+        "Supposing that the rows stand in the order in which they were measured: {}: {}; explains {:.0} % of the residual.",
+        event_words(d, found)?,
         sizes(found),
         100.0 * found.hypothesis.explains
     ))
+}
+
+/// What happened, and when.
+fn event_words(d: &Diagnosis, event: &Finding) -> Option<String> {
+    let family = d.registry.family(&event.hypothesis.in_model)?;
+    event.hypothesis.moment.as_ref().map(|moment| format!("{}, {}", family.what, moment_words(moment)))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.
@@ -139,7 +142,7 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
 #[must_use]
 pub fn cause_words(d: &Diagnosis) -> String {
     if d.outcome != Outcome::Converged {
-        return format!("not known, as the fit {}", d.outcome.in_words());
+        return without_suspects(d, format!("it is not known, as the fit {}", d.outcome.in_words()));
     }
     match abnormal_sentences(&d.abnormal).first() {
         Some(first) => without_suspects(d, first.trim_end_matches('.').to_owned()),
@@ -172,7 +175,10 @@ pub(super) fn lacking_words(d: &Diagnosis) -> String {
             let rivals = named(d).map(|f| &f.hypothesis.in_model);
             format!("one of these, which the data cannot distinguish: {}", all_called(&d.registry, rivals))
         }
-        Verdict::Unexplained => shape_words(d).unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
+        Verdict::Unexplained => match d.by_row_order.as_ref().and_then(|event| event_words(d, event)) {
+            Some(event) => format!("if the rows are in the order of measurement, {event}"),
+            None => shape_words(d).unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
+        },
         other => other.in_words(),
     };
     without_suspects(d, lacking)

@@ -8,15 +8,19 @@ use super::meaning::meaning;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::{Table, plain_table, validation_row};
-use calibench::diagnosis::{Diagnosis, Verdict};
+use calibench::diagnosis::{Diagnosis, MOST_NOISE, Verdict};
 use calibench::effects::facts::{Intervention, Work};
 use calibench::identify::fit::Outcome;
 use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
+use calibench::residuals::noise_floor::NoiseSource;
 use calibench::selection::ToDo;
 use calibench::units::{MM, UM};
+
+/// Most samples that are named.
+const MOST_NAMED: usize = 3;
 
 /// Name of a state on every screen.
 #[must_use]
@@ -106,11 +110,33 @@ pub fn expected_sentence(expected: &Expectations) -> String {
         .into_iter()
         .flatten()
         .collect();
+    let still = match expected.still.as_slice() {
+        [] => String::new(),
+        [one] => format!("; over the joint limits nothing is predicted, as joint {one} was measured in one place"),
+        several => {
+            let names: Vec<String> = several.iter().map(ToString::to_string).collect();
+            format!("; over the joint limits nothing is predicted, as joints {} were measured in one place", and(&names))
+        }
+    };
     match parts.as_slice() {
         [] if expected.undetermined.is_empty() => "No error is predicted: no pose of the robot is clear of itself.".into(),
         [] => format!("No error is predicted: these data do not determine {}.", expected.undetermined.join(", ")),
-        parts => format!("{}.", capital(&parts.join("; "))),
+        parts => format!("{}{still}.", capital(&parts.join("; "))),
     }
+}
+
+/// Names in a sentence: `1, 2 and 3`.
+fn and(names: &[String]) -> String {
+    match names {
+        [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        names => names.join(""),
+    }
+}
+
+/// How many times the stated noise is left, if that is far more than noise can be.
+fn times_the_noise(cause: &Diagnosis) -> Option<f64> {
+    let times = cause.chi2_per_dof.sqrt();
+    (cause.scatter.noise.source == NoiseSource::Stated && times > MOST_NOISE).then_some(times)
 }
 
 /// What to do at the robot about the cause, if it is one and not corrected in the model alone.
@@ -126,11 +152,20 @@ fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
 #[must_use]
 pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
     let Judgement { advice, cause, .. } = judgement;
-    let mut all = vec![format!("use {file}")];
-    let suspects = &cause.scatter.suspects;
+    let mut all = vec![match judgement.errors.is_in_vain() {
+        false => format!("use {file}"),
+        true => format!("do not use {file}: at the poses held out it is no better than the nominal arm"),
+    }];
+    if cause.verdict_of_the_rest() == Verdict::Unexplained
+        && let Some(times) = times_the_noise(cause)
+    {
+        all.push(format!("check places, units and the stated noise: what is left is {times:.0} times that noise"));
+    }
+    let suspects: Vec<&str> = cause.scatter.suspects.iter().map(|s| s.sample.as_str()).collect();
     if !suspects.is_empty() {
-        let named = if suspects.len() == 1 { "that sample" } else { "those samples" };
-        all.push(format!("measure {named} again, or leave out, and calibrate again"));
+        let few = &suspects[..suspects.len().min(MOST_NAMED)];
+        let more = if suspects.len() > few.len() { format!(" and {} more", suspects.len() - few.len()) } else { String::new() };
+        all.push(format!("measure {}{more} again, or leave out, and calibrate again", few.join(", ")));
     }
     all.extend(at_the_robot(cause).map(|act| format!("at the robot: {act}")));
     match advice.to_do {
@@ -151,9 +186,10 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
         _ => {}
     }
     if !noise_stated {
-        let explains = judgement.errors.last().map_or(0.0, |v| v.rms / 3f64.sqrt());
+        let explains = judgement.errors.noise().unwrap_or(0.0);
+        let per_axis = if judgement.errors.components == 1 { "" } else { " per axis" };
         all.push(format!(
-            "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm per axis would explain the residual",
+            "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm{per_axis} would explain the residual",
             explains / UM
         ));
     }

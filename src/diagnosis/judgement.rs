@@ -54,6 +54,9 @@ const BACKGROUND_ODDS: f64 = 20.0;
 /// Times that a shortlist is drawn up again without what cannot be.
 const SHORTLISTS: usize = 4;
 
+/// Largest multiple of a stated noise that may be noise.
+pub const MOST_NOISE: f64 = 10.0;
+
 /// Evidence from the data, before it is judged.
 struct Evidence<'a> {
     datasets: &'a [NamedDataset<'a>],
@@ -224,7 +227,7 @@ impl<'a> Evidence<'a> {
         }
         match main {
             // Replicates know the noise: what exceeds it is not noise.
-            _ if !self.is_structured() && self.noise_is_only_stated() && self.is_white() => {
+            _ if !self.is_structured() && self.noise_is_only_stated() && self.is_white() && self.may_be_noise() => {
                 (Verdict::NoiseLargerThanStated, self.best())
             }
             Some(main) => (Verdict::Partly, Some(main)),
@@ -236,6 +239,13 @@ impl<'a> Evidence<'a> {
     fn is_structured(&self) -> bool {
         let [none, sizes @ ..] = &self.background.ln_evidence[..] else { return false };
         ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
+    }
+
+    /// True if the remainder is no larger than a noise that somebody stated wrongly: what is far larger may follow nothing that was
+    /// tried, and is a mistake in the data rather than an instrument.
+    fn may_be_noise(&self) -> bool {
+        let fit = &self.examination.fit;
+        fit.chi2 / fit.dof.max(1) as f64 <= MOST_NOISE * MOST_NOISE
     }
 
     fn noise_is_only_stated(&self) -> bool {

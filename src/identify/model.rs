@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::RunChange;
 use super::fleet_prior::FleetPrior;
-use crate::effects::catalogue::setting_aside;
+use crate::effects::catalogue::{set_aside_by, setting_aside};
 use crate::effects::error_field::ErrorField;
 use crate::effects::facts::Role;
 use crate::effects::family::Family;
@@ -67,10 +67,18 @@ pub struct Model {
 /// tenth, but an absurd one noticeably (decision 0011).
 pub const BACKGROUND_WIDTH: f64 = 3.0;
 
+/// Width of a sample that is set aside: however far off, it hardly pulls; and of a distance, of which one direction of three is seen,
+/// the others are held.
+const ASIDE_WIDTH: f64 = 30.0;
+
 impl Model {
     /// Prior width (1 sigma) of an effect in plausible sizes; infinite if it has no prior.
     pub fn width_of(&self, effect: &str) -> f64 {
-        let ordinary = if self.is_unregularised(effect) { f64::INFINITY } else { BACKGROUND_WIDTH };
+        let ordinary = match set_aside_by(effect) {
+            Some(_) => ASIDE_WIDTH,
+            None if self.is_unregularised(effect) => f64::INFINITY,
+            None => BACKGROUND_WIDTH,
+        };
         self.width.get(effect).copied().unwrap_or(ordinary)
     }
 

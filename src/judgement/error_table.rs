@@ -64,6 +64,8 @@ pub struct ErrorTable {
     pub by_commands: bool,
     /// Number of samples fitted.
     pub fitted: usize,
+    /// Number of components of a measurement: one of distances, otherwise three.
+    pub components: usize,
     /// One row a state, in their order.
     pub rows: [ErrorRow; 4],
 }
@@ -111,6 +113,7 @@ impl ErrorTable {
             Validation::of(&prediction).ok_or(NoErrors::Empty)
         };
         let commanded = commanded_errors(judged, which);
+        let is_distance = |s: &Sample| matches!(s.measured, Measured::Distance { .. });
         let is_stated = judged.iter().all(|d| !d.dataset.base_found && !d.dataset.tool_free);
         let as_delivered = if is_stated { errors(&calibrated.nominal()) } else { Err(NoErrors::NotStated) };
         let is_found = |v: &Validation| !(v.refitted.is_empty() && v.from_fit_rows.is_empty());
@@ -122,6 +125,7 @@ impl ErrorTable {
             held_out: has_validation || !judged.iter().any(is_fitted),
             by_commands,
             fitted: calibrated.samples,
+            components: if judged.iter().all(|d| d.dataset.samples.iter().all(is_distance)) { 1 } else { 3 },
             rows: [
                 row(Stage::AsDelivered, as_delivered),
                 row(Stage::Nominal, errors(&calibrated.nominal().set_up_anew())),
@@ -129,6 +133,21 @@ impl ErrorTable {
                 row(Stage::Recommended, recommended.map_or(Err(NoErrors::SameModel), errors)),
             ],
         }
+    }
+
+    /// One-sigma of each component of the measurements, m, that would leave the errors of the last state, by their median: single rows
+    /// may be bad.
+    #[must_use]
+    pub fn noise(&self) -> Option<f64> {
+        let median_of_one_sigma = if self.components == 1 { 0.6745 } else { 1.5382 };
+        self.last().map(|errors| errors.quantiles[2] / median_of_one_sigma)
+    }
+
+    /// True if nothing was gained: the last state errs no less than the nominal arm.
+    #[must_use]
+    pub fn is_in_vain(&self) -> bool {
+        let [nominal, last] = [self.errors(Stage::Nominal), self.last()];
+        self.held_out && nominal.zip(last).is_some_and(|(nominal, last)| last.mean >= nominal.mean)
     }
 
     /// The errors in a state; `None` if there are none.

@@ -1,7 +1,7 @@
 //! The error to expect of a calibrated robot, at named places.
 
 use crate::diagnosis::Examination;
-use crate::identify::calibration::IdentifyError;
+use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::{PoseSource, WorkspaceError, WorkspacePoses};
 use crate::selection::ladder::LadderStep;
@@ -13,8 +13,10 @@ pub struct Expectations {
     pub held_out: Option<WorkspaceError>,
     /// Where every joint is in the range in which it was measured.
     pub inside: Option<WorkspaceError>,
-    /// Over the limits of the joints.
+    /// Over the limits of the joints; `None` also if a joint never moved.
     pub over_limits: Option<WorkspaceError>,
+    /// Joints that were measured in one place, counted from 1: what the arm does elsewhere is not in the data.
+    pub still: Vec<usize>,
     /// Parameters of the set-up that the data do not determine: with any, nothing can be predicted.
     pub undetermined: Vec<String>,
 }
@@ -26,6 +28,7 @@ impl Expectations {
     /// When a matrix cannot be factored.
     pub fn of(datasets: &[NamedDataset<'_>], step: &LadderStep) -> Result<Self, IdentifyError> {
         let known = |at: PoseSource| step.workspace.clone().filter(|error| error.at == at);
+        let still = still_joints(&step.calibration);
         let examination = Examination::new(datasets, &step.model)?;
         let predicted = |poses: WorkspacePoses| match known(poses.source) {
             Some(error) => Ok(Some(error)),
@@ -34,8 +37,21 @@ impl Expectations {
         Ok(Expectations {
             held_out: known(PoseSource::Validation),
             inside: predicted(WorkspacePoses::inside(datasets, &step.calibration.joint_ranges))?,
-            over_limits: predicted(WorkspacePoses::over_limits(datasets))?,
+            over_limits: if still.is_empty() { predicted(WorkspacePoses::over_limits(datasets))? } else { None },
+            still,
             undetermined: step.undetermined.clone(),
         })
     }
+}
+
+/// Share of its limits in which a joint moves at least where it is told from one that stands still.
+const MOVES: f64 = 0.01;
+
+/// The joints that were measured in one place, counted from 1.
+fn still_joints(calibration: &Calibration) -> Vec<usize> {
+    let is_still = |j: &usize| {
+        let ([low, high], [least, most]) = (calibration.robot.links[*j].limits, calibration.joint_ranges[*j]);
+        most - least < MOVES * (high - low)
+    };
+    (0..calibration.robot.joints()).filter(is_still).map(|j| j + 1).collect()
 }

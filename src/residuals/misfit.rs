@@ -11,12 +11,14 @@ mod expected;
 mod frames;
 mod freed;
 mod instrument;
+mod left_out;
 mod orientation_slips;
 mod orientations;
 mod row_blocks;
 mod search;
 mod slip;
 mod slip_words;
+mod starts;
 mod stuck;
 mod targets;
 mod ties;
@@ -73,14 +75,16 @@ pub fn data_fit(datasets: &[NamedDataset<'_>], which: Use) -> Vec<DataFit> {
 fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
     let whole = Campaign::of(&[NamedDataset::new(name, dataset)], which)?;
     let some = whole.selection(ROWS);
-    let fitted = frames::fit(&some);
+    let fitted = starts::fit_anywhere(&some);
     let [most, _] = expected(&some, &fitted.frames);
     let reach = reach(&whole.robot);
-    let nominal = NominalFit {
+    let is_larger = fitted.robust > most;
+    let mut nominal = NominalFit {
         dataset: name.into(),
         residual: fitted.robust,
         plain: fitted.plain,
         expected: most,
+        left_out: is_larger.then(|| left_out::predicted_by_the_arm(&some, &fitted.frames, fitted.robust, most)).flatten(),
         reach,
         rows: whole.shots.len(),
     };
@@ -92,6 +96,9 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         .or_else(|| judged.targets())
         .or_else(|| judged.instrument())
         .or_else(|| judged.ball_distances());
+    if misfit.is_some() {
+        nominal.left_out = None;
+    }
     Some(DataFit { misfit, nominal })
 }
 
@@ -133,6 +140,9 @@ impl Judged<'_> {
         }
         let (dataset, whole, some, nominal) = (self.dataset, self.whole, self.some, self.fitted);
         let (cause, slips) = search::Search { dataset, whole, some, nominal, reach, most }.run()?;
+        if cause == Cause::Unknown && self.nominal.left_out.is_some() {
+            return None;
+        }
         Some(self.misfit(Measure::Places, sizes, cause, slips))
     }
 

@@ -9,6 +9,10 @@ use crate::measure::poses::Postures;
 /// 0025).
 const SIGNIFICANT: f64 = 2.0;
 
+/// The same for the rows that judge a recommendation: where it is no better it is not needed, and where it is better by what makes
+/// it worth while, it seems worse by so much once in hundreds.
+const SEEMS_WORSE: f64 = 1.0;
+
 /// Share by which the rms must increase as well.
 const WORSE: f64 = 0.01;
 
@@ -61,7 +65,7 @@ pub(crate) fn contradicted(
         Ok(c.predict(datasets, Use::Validation)?.residuals.iter().map(|r| r.norm_squared()).collect())
     };
     let postures = Postures::of(datasets, |s| Use::Validation.takes(s));
-    Ok(Contradiction::of(&squares(before)?, &squares(after)?, postures.of_samples()))
+    Ok(Contradiction::beyond(SEEMS_WORSE, &squares(before)?, &squares(after)?, postures.of_samples()))
 }
 
 #[cfg(test)]

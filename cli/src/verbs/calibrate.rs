@@ -27,7 +27,7 @@ use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
 use calibench::units::{MM, UM};
 use calibench_report::documents::{self, to_value};
-use calibench_report::{Recommended, all_called, first_screen, what_to_do_now};
+use calibench_report::{Recommended, all_called, first_screen, nominal_fit_line, what_to_do_now};
 
 use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let chosen = ladder.recommended();
     let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
     let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
-    let outcome = if is_met { Outcome::Done } else { Outcome::ExpectationFailed };
+    let outcome = if is_met && !judgement.errors.is_in_vain() { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
     let mut to_do =
         what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
@@ -170,6 +170,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(outcome);
     }
     said.iter().try_for_each(|line| print(line))?;
+    let larger = gate.fits.iter().filter(|fit| fit.nominal.left_out.is_some());
+    larger.map(|fit| nominal_fit_line(&fit.nominal)).try_for_each(print_answer)?;
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
     print_answer(first_screen(&name, &named, &judgement, arguments.tolerance))?;
     to_do.iter().try_for_each(|line| print_answer(format!("Next: {line}.")))?;

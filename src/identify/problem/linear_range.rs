@@ -25,7 +25,8 @@ impl Problem {
         let reach: f64 = self.robot.links.iter().map(|l| l.mdh.a.hypot(l.mdh.d)).sum();
         let beyond = |(p, value): (usize, f64)| {
             let parameter = &self.parameters[p];
-            let held = matches!(parameter.knowledge, Prior::Plausible(_)) && value > MOST_SIZES * parameter.spec.prior;
+            let is_beyond = |sigma: f64| value > MOST_SIZES * sigma.max(parameter.spec.prior);
+            let held = matches!(parameter.knowledge, Prior::Plausible(sigma) if is_beyond(sigma));
             let of_link = parameter.effect == EffectId::MDH
                 && value > if parameter.spec.unit == Unit::MM { MOST_OF_REACH * reach } else { MOST_TURN };
             held || of_link

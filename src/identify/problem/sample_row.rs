@@ -212,7 +212,7 @@ impl SampleRow {
         match self.target {
             Target::Position(target) => (target + target_moved - tcp, None),
             Target::Distance { anchor, distance } => {
-                let sight = tcp - anchor;
+                let sight = tcp - (anchor + target_moved);
                 let length = sight.norm();
                 (Vector3::new(distance - length, 0.0, 0.0), Some(sight / length.max(f64::MIN_POSITIVE)))
             }

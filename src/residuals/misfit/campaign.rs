@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::identify::problem::Use;
 use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
@@ -90,6 +90,8 @@ pub(super) struct Campaign {
 const UNSTATED_NOISE: f64 = 1e-4;
 /// Number of rows of each ball, or of the other targets of each set-up, that a selection keeps at least.
 const LEAST_PER_TARGET: usize = 8;
+/// Thickness, in parts of their extent, up to which anchors lie in a plane.
+const IN_A_PLANE: f64 = 1e-3;
 /// Inverse golden ratio: its multiples modulo 1 fill the unit interval evenly and share no period with any table.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -193,6 +195,21 @@ impl Campaign {
                 }
             }
         }
+    }
+
+    /// True if the measured places tell a left-handed frame from a right-handed one: distances from anchors in one plane, as three
+    /// are, are those from its other side as well.
+    pub fn shows_handedness(&self) -> bool {
+        let anchors: Vec<Vector3<f64>> =
+            (0..self.anchors.len()).filter(|&a| self.sights(a)).map(|a| self.anchors[a].position).collect();
+        let [first, others @ ..] = anchors.as_slice() else { return true };
+        let is_distance = |shot: &Shot| matches!(shot.seen, Seen::Distance { .. });
+        if !self.shots.iter().all(is_distance) {
+            return true;
+        }
+        let spread = others.iter().map(|a| (a - first) * (a - first).transpose()).sum::<Matrix3<f64>>();
+        let sizes = spread.symmetric_eigenvalues();
+        sizes.min() > IN_A_PLANE * IN_A_PLANE * sizes.max()
     }
 
     /// About `most` of the rows, spread evenly over every ball and every set-up; always the same ones.

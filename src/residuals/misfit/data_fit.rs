@@ -11,6 +11,9 @@ pub struct NominalFit {
     pub plain: f64,
     /// Largest residual expected, m: 99.9 % of arms, poorly assembled ones included, leave less.
     pub expected: f64,
+    /// Of a larger residual that is right: errors of an arm, fitted to some rows, predict half of the others within this distance,
+    /// m. `None` if the residual is as expected, or the data do not fit.
+    pub left_out: Option<f64>,
     /// Largest distance of the flange from the second joint, m.
     pub reach: f64,
     /// Number of rows of the dataset; of many, the frames are fitted to a selection.

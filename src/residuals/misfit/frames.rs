@@ -85,22 +85,6 @@ pub(super) fn flanges(robot: &Robot, campaign: &Campaign) -> Vec<Pose> {
     campaign.shots.iter().map(|shot| world_from_tool(robot, &origin, &origin, &shot.q)).collect()
 }
 
-/// Fits the frames of a campaign. Free tools start at their stated position and at the flange; the better result is
-/// kept.
-pub(super) fn fit(campaign: &Campaign) -> Fitted {
-    let flanges = flanges(&campaign.robot, campaign);
-    let fit = FrameFit::new(campaign, &flanges);
-    let stated: Vec<Vector3<f64>> = campaign.places.iter().map(|p| p.tool.xyz.into()).collect();
-    let first = fit.from(stated.clone());
-    let at_flange = |(p, t): (&super::campaign::Place, &Vector3<f64>)| if p.tool_free { Vector3::zeros() } else { *t };
-    let other: Vec<Vector3<f64>> = campaign.places.iter().zip(&stated).map(at_flange).collect();
-    if other == stated {
-        return first;
-    }
-    let second = fit.from(other);
-    if second.plain < first.plain { second } else { first }
-}
-
 /// Lengths of the residuals of a campaign at given frames, m.
 pub(super) fn misses(campaign: &Campaign, frames: &Frames) -> Vec<f64> {
     let flanges = flanges(&campaign.robot, campaign);
@@ -137,9 +121,10 @@ impl<'a> FrameFit<'a> {
         }
     }
 
-    /// Fits the frames, starting from these tool positions.
-    pub fn from(&self, tools: Vec<Vector3<f64>>) -> Fitted {
+    /// Fits the frames, starting from these tool positions, and with bases turned by this about their own axes.
+    pub fn from(&self, tools: Vec<Vector3<f64>>, turn: Rotation3<f64>) -> Fitted {
         let mut frames = self.start(tools);
+        frames.bases.iter_mut().for_each(|base| base.rotation *= turn);
         self.robust(&mut frames);
         let kept = self.kept(&self.misses(&frames));
         self.least_squares(&mut frames, &kept);

@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::campaign::{Campaign, Seen};
-use super::frames::{FrameFit, Frames, NU, fit, flanges, scale};
+use super::frames::{FrameFit, Frames, NU, flanges, scale};
 use super::slip::{Along, Slip};
+use super::starts::fit;
 use crate::math::positive_definite::cholesky;
 use crate::robot::JointKind;
 use crate::units::DEG;

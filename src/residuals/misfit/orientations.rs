@@ -6,9 +6,10 @@ use rayon::prelude::*;
 
 use super::campaign::Campaign;
 use super::data_fit::SlipTried;
-use super::frames::{Frames, fit, flanges};
+use super::frames::{Frames, flanges};
 use super::orientation_slips::{Misread, all};
 use super::slip::Slip;
+use super::starts::fit;
 use crate::measure::dataset::Dataset;
 use crate::robot::nearest_rotation;
 use crate::units::DEG;

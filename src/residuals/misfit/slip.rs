@@ -106,7 +106,7 @@ impl Slip {
         all.extend((0..n).filter(turns).flat_map(|j| [FRAC_PI_2, -FRAC_PI_2, PI].map(|zero| Slip::JointZero(j, zero))));
         let pairs = (0..n).flat_map(|j| (j + 1..n).map(move |k| (j, k)));
         all.extend(pairs.filter(|(j, k)| robot.kind(*j) == robot.kind(*k)).map(|(j, k)| Slip::JointsSwapped(j, k)));
-        if campaign.has_known_places() {
+        if campaign.has_known_places() && campaign.shows_handedness() {
             all.extend([(0, 1), (0, 2), (1, 2)].map(|(a, b)| Slip::AxesSwapped(a, b)));
             all.extend([2, 1, 0].map(Slip::AxisSign));
             all.push(Slip::LeftHanded);

@@ -14,6 +14,8 @@ use crate::measure::dataset::Dataset;
 const OF_REACH: f64 = 2e-3;
 /// Multiple of the residual of the arm that is expected: its errors are nearly the same for all targets.
 const OF_RESIDUAL: f64 = 4.0;
+/// Rotation, rad, by which an arm may err: at common postures that is all by which it errs otherwise at one target than at another.
+const OF_SPREAD: f64 = 1e-2;
 /// A slip explains the distances if it leaves at most this share.
 const EXPLAINS: f64 = 1.0 / 3.0;
 /// Slips up to this multiple of the best cannot be told apart.
@@ -64,7 +66,12 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames, rob
         let mean = off.iter().sum::<Vector3<f64>>() / off.len().max(1) as f64;
         (off.iter().map(|o| (o - mean).norm_squared()).sum::<f64>() / off.len().max(1) as f64).sqrt()
     };
-    let (left, most) = (apart(&stated, None), OF_RESIDUAL * robust + OF_REACH * reach);
+    let postures = |s: usize| campaign.shots.iter().filter(move |shot| shot.setup == s).map(|shot| &shot.q);
+    let in_common = of[1..].iter().all(|&s| postures(of[0]).eq(postures(s)));
+    let spread = stated.iter().flat_map(|a| stated.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
+    let any_posture = OF_RESIDUAL * robust + OF_REACH * reach;
+    let most = if in_common { any_posture.min(OF_SPREAD * spread + campaign.noise) } else { any_posture };
+    let left = apart(&stated, None);
     if of.len() < 2 || left <= most {
         return None;
     }

@@ -1,7 +1,7 @@
 //! Test whether the stated distances between balls are those that the arm finds.
 
 use super::campaign::Campaign;
-use super::frames::fit;
+use super::starts::fit;
 use crate::units::MM;
 
 /// Distance that is always expected, in parts of the reach.

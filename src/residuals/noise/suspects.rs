@@ -32,6 +32,11 @@ const MOST: f64 = 0.05;
 /// Number of suspects that are allowed however few the postures.
 const ALWAYS_ALLOWED: usize = 2;
 
+/// The same of suspects that deviate by more than [`GROSS_DEVIATION`]: errors of an arm do not stand out so far from each other.
+const MOST_GROSS: f64 = 0.12;
+/// Deviation, in robust one-sigmas, of such a suspect.
+const GROSS_DEVIATION: f64 = 15.0;
+
 /// Largest share of the postures that may be suspects where they follow each other: one accident spoils whatever is measured until
 /// it is noticed.
 const MOST_IN_RUNS: f64 = 0.15;
@@ -128,14 +133,16 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
-    let mut bad = near.far_off(&by_posture, &[], stated);
+    let mut bad = near.far_off(&by_posture, &[], SUSPECT_DEVIATION, stated);
     let order = in_time(datasets, &members);
     bad.extend(near.run(&by_posture, &order, stated));
     bad.sort_unstable();
     bad.dedup();
     let most_in_runs = most.max((MOST_IN_RUNS * members.len() as f64) as usize);
     if accidents(&bad, &order) > most || bad.len() > most_in_runs {
-        return Vec::new();
+        // A posture with several measurements is bad by one of them.
+        let is_single = members.len() == rows.len();
+        bad = if is_single { near.gross(&by_posture, &[], stated) } else { Vec::new() };
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
@@ -144,8 +151,9 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
         let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
         let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
-        let bad = near.far_off(&by_sample, &aside_rows, stated);
-        if bad.len() <= most {
+        let few = near.far_off(&by_sample, &aside_rows, SUSPECT_DEVIATION, stated);
+        let bad = if few.len() <= most { few } else { near.gross(&by_sample, &aside_rows, stated) };
+        if !bad.is_empty() {
             let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
             units.extend(bad_units.iter().cloned());
             let more = near.confirmed(&units, by_sample.len(), stated);
@@ -162,7 +170,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         })
         .collect();
     let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect();
-    let bad = near.far_off(&turned, &aside_rows, stated);
+    let bad = near.far_off(&turned, &aside_rows, SUSPECT_DEVIATION, stated);
     if bad.len() <= most {
         let units: Vec<Unit> = bad.iter().map(|&u| turned[u].clone()).collect();
         found.extend(near.confirmed(&units, turned.len(), stated));
@@ -311,9 +319,9 @@ impl Near {
         unit.numbers() as f64 * mean / (1.0 - pull.min(MOST_LEVERAGE))
     }
 
-    /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero. None where the rows, with the weights that
+    /// Units with a larger deviation than this, in robust one-sigmas, from a Student-t fit; rows `aside` have weight zero. None where the rows, with the weights that
     /// the fit gives them, do not determine the parameters: of a model of as many effects as rows, each row has its own.
-    fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
+    fn far_off(&self, units: &[Unit], aside: &[usize], deviation: f64, stated: bool) -> Vec<usize> {
         let mut weights = vec![1.0; self.rows.ncols()];
         aside.iter().for_each(|&r| weights[r] = 0.0);
         let mut ratios = Vec::new();
@@ -339,8 +347,14 @@ impl Near {
             }
         }
         let chance = |squares: f64, numbers: usize| chi2_chance(squares, numbers as f64).unwrap_or(1.0);
-        let limit = chance(SUSPECT_DEVIATION * SUSPECT_DEVIATION, 3);
+        let limit = chance(deviation * deviation, 3);
         (0..units.len()).filter(|&u| chance(ratios[u], units[u].numbers()) < limit).collect()
+    }
+
+    /// Units that deviate so much that errors of an arm are no explanation; none if they are many.
+    fn gross(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
+        let bad = self.far_off(units, aside, GROSS_DEVIATION, stated);
+        if bad.len() as f64 <= MOST_GROSS * units.len() as f64 { bad } else { Vec::new() }
     }
 
     /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
