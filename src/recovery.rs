@@ -210,6 +210,9 @@ pub struct Recovery {
     pub ratio: f64,
     /// Other combinations with at least a twentieth of the probability.
     pub rivals: Vec<RivalCombination>,
+    /// Residual of the touches, 3-D rms, m, if only pin, artifact or instrument stand elsewhere than before; `None` if that does not
+    /// explain them, or they are known to have moved.
+    pub elsewhere: Option<f64>,
     /// Standard uncertainty with which these touches show the zero of each joint alone, rad; infinite where they do not show it.
     pub shown: Vec<f64>,
     /// Number of touches.
@@ -238,9 +241,19 @@ pub struct WorstTouch {
 }
 
 impl Recovery {
-    /// Joints, counted from 1, whose zeros these touches do not show.
+    /// The TCP as it is now, in the last frame, m.
+    pub fn tcp(&self) -> [f64; 3] {
+        let stated = self.now.setups.first().map_or([0.0; 3], |setup| setup.tool.xyz);
+        std::array::from_fn(|k| {
+            let estimate = self.now.estimate(["tool_x", "tool_y", "tool_z"][k]);
+            estimate.map_or(stated[k] + self.tool.map_or(0.0, |tool| tool[k].change), |e| e.value)
+        })
+    }
+
+    /// Joints, counted from 1, whose zeros these touches do not show, and that are not found to have changed.
     pub fn unseen(&self) -> Vec<usize> {
-        self.shown.iter().enumerate().filter(|(_, s)| **s > UNSEEN).map(|(j, _)| j + 1).collect()
+        let unseen = self.shown.iter().enumerate().filter(|(_, s)| **s > UNSEEN).map(|(j, _)| j + 1);
+        unseen.filter(|j| !self.moved.zeros.contains(j)).collect()
     }
 }
 
@@ -268,7 +281,12 @@ pub fn recover(earlier: Earlier<'_>, touches: NamedDataset<'_>, instrument_moved
     }
     let scene = Scene::new(&earlier, touches, instrument_moved)?;
     let search = scene.search()?;
-    concluded(&scene, &search, &earlier, touches)
+    let found = concluded(&scene, &search, &earlier, touches)?;
+    if instrument_moved || found.verdict == Verdict::NothingMoved {
+        return Ok(found);
+    }
+    let open = recover(earlier, touches, true)?;
+    Ok(Recovery { elsewhere: (open.verdict == Verdict::NothingMoved).then_some(open.after), ..found })
 }
 
 fn concluded(
@@ -310,6 +328,7 @@ fn concluded(
         tool: average.tool(),
         ratio: ln_ratio.min(600.0).exp(),
         rivals,
+        elsewhere: None,
         shown: result::shown(scene, search)?,
         touches: touches.dataset.samples.len(),
         before: rms(&scene.problem.residuals(scene.mean.as_slice())),

@@ -38,10 +38,17 @@ pub fn recovery_text(found: &Recovery, document: &documents::Recovery) -> Printo
         if !document.zeros.is_empty() {
             out = out + zeros_table(&document.zeros) + "\n";
         }
-        if let Some(RecoveredTool { change_mm, within_95_mm }) = &document.tool {
+        if let Some(RecoveredTool { change_mm, within_95_mm, tcp_mm, on_flange_mm }) = &document.tool {
             let [x, y, z] = std::array::from_fn(|k| format!("{:+.3} ± {:.3}", change_mm[k], within_95_mm[k]));
-            out.push(format!("TCP in the last frame: x {x}, y {y}, z {z} mm (95 %).\n"));
+            let at = |[x, y, z]: &[f64; 3]| format!("x {x:.3}, y {y:.3}, z {z:.3} mm");
+            out.push(format!("The TCP moved in the last frame by x {x}, y {y}, z {z} mm (95 %).\n"));
+            out.push(format!("New TCP on the flange: {}; in the last frame: {}.\n", at(on_flange_mm), at(tcp_mm)));
         }
+    }
+    if let Some(left) = document.elsewhere_mm {
+        out.push(format!(
+            "Otherwise: only pin, artifact or instrument stand elsewhere than before (--instrument-moved); then the touches leave {left:.3} mm.\n"
+        ));
     }
     for rival in document.rivals.iter().take(MOST_RIVALS) {
         let touch = rival.touch.as_ref().map_or_else(String::new, |q| {
@@ -51,8 +58,12 @@ pub fn recovery_text(found: &Recovery, document: &documents::Recovery) -> Printo
         out.push(format!("Otherwise ({:.0} %): {}{touch}.\n", 100.0 * rival.probability, rival.words));
     }
     let unseen: Vec<String> = document.unseen_joints.iter().map(ToString::to_string).collect();
-    if !unseen.is_empty() {
-        out.push(format!("These touches do not show the zero of joint {}.\n", unseen.join(", ")));
+    match unseen.as_slice() {
+        [] => {}
+        [one] => out.push(format!("These touches do not show the zero of joint {one}.\n")),
+        [rest @ .., last] => {
+            out.push(format!("These touches do not show the zeros of joints {} and {last}.\n", rest.join(", ")));
+        }
     }
     out
 }

@@ -57,10 +57,12 @@ impl Level {
         } else {
             0.0
         };
+        let is_aside = |s: &usize| examination.model.sets_aside(&problem.sample_ids()[*s]);
+        let judging: Vec<usize> = (0..contexts.len()).filter(|s| !is_aside(s)).collect();
         let measured2 = |folds: &[usize]| -> Result<f64, FitError> {
             let missed = cross_validated_positions(examination, folds)?;
             let length = |s: usize| (missed[s] * unit[s] * 3.0 / contexts[s].positions as f64).sqrt();
-            Ok((clipped_mean((0..contexts.len()).map(length).collect()) / MEAN_LENGTH).powi(2))
+            Ok((clipped_mean(judging.iter().map(|&s| length(s)).collect()) / MEAN_LENGTH).powi(2))
         };
         let of_robot = |measured2: f64| (measured2 - noise2).max(LEAST_OF_ROBOT * measured2);
         let by_postures = measured2(&random_folds(contexts))?;

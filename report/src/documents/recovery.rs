@@ -1,7 +1,9 @@
 //! `calibench-recovery/1`, printed by `keep recover`.
 
+use calibench::compensate::flange::flange_frame;
 use calibench::recovery::mastering::MasteringEntry;
 use calibench::recovery::{self, FALSE_ALARM, Moved, Verdict};
+use calibench::robot::Robot;
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,6 +41,10 @@ pub struct Recovery {
     pub base_moved: bool,
     /// Other combinations that these touches allow.
     pub rivals: Vec<RecoveryRival>,
+    /// Residual, 3-D rms, mm, if only pin, artifact or instrument stand elsewhere than before (`--instrument-moved`); not there if
+    /// that does not explain the touches.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elsewhere_mm: Option<f64>,
     /// Joints, counted from 1, whose zeros these touches do not show.
     pub unseen_joints: Vec<usize>,
     /// Number of touches.
@@ -88,6 +94,12 @@ pub struct RecoveredTool {
     pub change_mm: [f64; 3],
     /// Half of their 95 % intervals, mm.
     pub within_95_mm: [f64; 3],
+    /// The new TCP in the last frame, mm.
+    #[serde(default)]
+    pub tcp_mm: [f64; 3],
+    /// The new TCP on the manufacturer's flange, mm, as the controller has it.
+    #[serde(default)]
+    pub on_flange_mm: [f64; 3],
 }
 
 /// Another combination.
@@ -141,16 +153,24 @@ impl Recovery {
             tool: found.tool.map(|tool| RecoveredTool {
                 change_mm: tool.map(|c| c.change / MM),
                 within_95_mm: tool.map(|c| COVERS_95 * c.sigma / MM),
+                tcp_mm: found.tcp().map(|x| x / MM),
+                on_flange_mm: on_flange(robot, found.tcp()).map(|x| x / MM),
             }),
             bent_behind_joint: found.moved.bent,
             base_moved: found.moved.base,
             rivals: found.rivals.iter().map(rival).collect(),
+            elsewhere_mm: found.elsewhere.map(|left| left / MM),
             unseen_joints: found.unseen(),
             touches: found.touches,
             before_mm: found.before / MM,
             residual_mm: found.after / MM,
         }
     }
+}
+
+/// A point of the last frame, m, on the manufacturer's flange, m.
+fn on_flange(robot: &Robot, point: [f64; 3]) -> [f64; 3] {
+    flange_frame(robot).pose().inverse().transform_point(&point.into()).coords.into()
 }
 
 /// The verdict as it stands in files.
@@ -187,6 +207,9 @@ fn moved_words(moved: &Moved) -> String {
 /// What to do.
 fn to_do(found: &recovery::Recovery) -> &'static str {
     match found.verdict {
+        Verdict::BentLink | Verdict::Unexplained if found.elsewhere.is_some() => {
+            "make sure first that pin, artifact and instrument stand where they stood: if one does not, nothing else moved, and nothing is to be entered; say so with --instrument-moved"
+        }
         Verdict::NothingMoved => "go on with the robot as it is",
         Verdict::Moved if found.zeros.is_empty() => "enter the new TCP or frame; no joint is to be mastered",
         Verdict::Moved => "enter these zeros, and the new TCP if the tool moved; then make three touches again",

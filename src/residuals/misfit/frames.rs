@@ -379,7 +379,7 @@ mod tests {
             dataset.samples.push(Sample::new(k.to_string(), q, Measured::Point(point)));
         }
         let campaign = Campaign::of(&[NamedDataset::new("d", &dataset)], Use::All).expect("rows");
-        let fitted = fit(&campaign);
+        let fitted = super::super::starts::fit(&campaign);
         assert!((fitted.frames.tools[0] - Vector3::from(tool.xyz)).norm() < 1e-7, "{:?}", fitted.frames.tools);
         assert!(fitted.robust < 1e-7 && (fitted.plain - 0.4 / 8f64.sqrt()).abs() < 1e-6, "{} {}", fitted.robust, fitted.plain);
     }
