@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::source::{Layout, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_foreign_text};
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 
 /// Number of rows that are examined.
 const ROWS: usize = 2_000;
@@ -155,16 +155,27 @@ impl Table {
                 None => groups.push((name, vec![(digit, k)])),
             }
         }
+        // A rail may have a name of its own beside the numbered axes of its arm.
+        let slides: Vec<usize> = (0..n).filter(|&j| robot.kind(j) == JointKind::Prismatic).collect();
+        let rails: Vec<usize> =
+            (0..self.columns.len()).filter(|&k| self.columns[k].largest.is_some() && is_slide(&self.columns[k].stem)).collect();
+        let rail = if let ([slide], [column]) = (slides.as_slice(), rails.as_slice()) { Some((*slide, *column)) } else { None };
         let of_joints = groups.into_iter().filter_map(|(name, mut members)| {
             members.sort_unstable();
             let consecutive = members.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1);
             let worth = joint_name(&name)?;
-            (consecutive && members.len() == n).then_some((worth, name, members))
+            let is_all = members.len() == n || rail.is_some() && members.len() == n - 1;
+            (consecutive && is_all).then_some((worth, members.len(), name, members))
         });
-        if let Some((_, name, members)) = of_joints.max_by_key(|(worth, ..)| *worth) {
-            let columns: Vec<usize> = members.into_iter().map(|(_, k)| k).collect();
-            let [first, last] = [columns[0], columns[n - 1]].map(|k| self.columns[k].title.clone());
-            return Some((columns, format!("joints: {n} columns `{first}` to `{last}`, numbered `{name}#`")));
+        if let Some((.., name, members)) = of_joints.max_by_key(|(worth, count, ..)| (*count, *worth)) {
+            let mut columns: Vec<usize> = members.into_iter().map(|(_, k)| k).collect();
+            let [first, last] = [columns[0], columns[columns.len() - 1]].map(|k| self.columns[k].title.clone());
+            let mut why = format!("joints: {} columns `{first}` to `{last}`, numbered `{name}#`", columns.len());
+            if let Some((slide, column)) = rail.filter(|_| columns.len() < n) {
+                columns.insert(slide, column);
+                why += &format!(", and `{}` as joint {}", self.columns[column].title, slide + 1);
+            }
+            return Some((columns, why));
         }
         // Joints with names of their own, side by side: `elbow_joint`.
         let of_joint = |c: &TableColumn| {
@@ -326,6 +337,13 @@ fn numbered(stem: &str) -> Option<(String, usize)> {
     let digits = &stem[first..=last];
     let name = format!("{}#{}", &stem[..first], &stem[last + 1..]);
     digits.parse().ok().map(|digit| (name, digit))
+}
+
+/// True of the name of a joint that slides, a rail or a lift: KUKA's first external axis among them.
+fn is_slide(stem: &str) -> bool {
+    let plain = stem.replace(['_', ' ', '-', '.'], "");
+    ["e1", "ext1", "eax1", "exta1"].contains(&plain.as_str())
+        || ["rail", "slide", "lift", "torso", "linear", "gantry"].iter().any(|word| plain.starts_with(word))
 }
 
 /// Rank of a name as that of joint angles: measured before commanded; `None` if it is something else.

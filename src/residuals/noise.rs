@@ -1,5 +1,6 @@
 //! Scatter of the data: samples that disagree with all others, repeats, serial correlation, rounded joint angles.
 
+mod clusters;
 mod joint_steps;
 mod noise_scale;
 mod repeats;

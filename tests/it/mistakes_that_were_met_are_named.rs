@@ -28,6 +28,7 @@ fn a_mistake_that_was_met_is_named() {
         ("quaternion_order", "orientation_form"),
         ("copied_target", "copied:"),
         ("target_in_metres", "unit:target:b"),
+        ("target_elsewhere", "target:c"),
         ("one_anchor_elsewhere", "anchor:a1"),
         ("scale_of_distances", "scale:distances"),
     ];
@@ -49,6 +50,14 @@ fn a_mistake_that_was_met_is_named() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// One anchor cannot tell a left-handed frame, and has several minima.
+#[test]
+fn a_ball_bar_is_right() {
+    let bar = table("ball_bar").unwrap();
+    let fit = data_fit(&[NamedDataset::new("", &bar)], Use::All).remove(0);
+    assert!(fit.misfit.is_none() && fit.nominal.residual < 1e-3, "{fit:?}");
 }
 
 #[test]

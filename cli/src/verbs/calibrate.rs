@@ -10,7 +10,8 @@ use calibench::files::FileError;
 use calibench::files::disk::{check_output_folder, replace_folder, write_whole};
 use calibench::files::streams::is_standard_input;
 use calibench::identify::Model;
-use calibench::identify::calibration::{Calibration, write_calibration};
+use calibench::identify::calibration::{Calibration, IdentifyError, write_calibration};
+use calibench::identify::fit::FitError;
 use calibench::identify::model_file::write_model;
 use calibench::identify::problem::Use;
 use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess};
@@ -123,9 +124,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let name = name_of(folder);
     waiting.begin("calibrating");
     let named = [NamedDataset::new(&name, &dataset)];
-    let ladder = run_ladder(&waiting, &named, &Model::default_for(&dataset))?;
+    let located = |error| located(&arguments.tables[0], error);
+    let ladder = run_ladder(&waiting, &named, &Model::default_for(&dataset)).map_err(located)?;
     waiting.begin("judging");
-    let mut judgement = Judgement::of(&named, &named, &ladder)?;
+    let mut judgement = Judgement::of(&named, &named, &ladder).map_err(located)?;
     if gate.misfit.is_some() {
         judgement.doubt();
     }
@@ -178,6 +180,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let links = if urdf.is_ok() { format!("{URDF}, ") } else { String::new() };
     print_answer(format!("Written to {}: {CALIBRATION}, {MODEL}, {links}report.html", folder.display()))?;
     Ok(outcome)
+}
+
+/// The table of rows that cannot be fitted, and what it lacks.
+fn located(table: &Path, error: IdentifyError) -> Failure {
+    let problem = match &error {
+        IdentifyError::Fit(FitError::TooFewRows { unknowns, .. }) => {
+            let rows = 1.0 + *unknowns as f64 / 3.0 / (1.0 - HELD_OUT);
+            format!(
+                "too few rows for the {unknowns} unknowns of this arm, and a fifth of them is held out; give at least {rows:.0}, and three times as many to know it well"
+            )
+        }
+        _ => error.to_string(),
+    };
+    format!("{}: {problem}", table.display()).into()
 }
 
 /// The name of the data: that of the folder.
@@ -252,7 +268,7 @@ fn as_written(dataset: &Dataset) -> Result<Dataset, Failure> {
 }
 
 /// The ladder, its progress told in the spinner.
-fn run_ladder(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Result<Ladder, Failure> {
+fn run_ladder(waiting: &Waiting, named: &[NamedDataset<'_>], model: &Model) -> Result<Ladder, IdentifyError> {
     let poses = WorkspacePoses::of(named);
     let ground = HoldOut { poses: &poses, checks: &[], worker: None };
     let mut steps = 0;

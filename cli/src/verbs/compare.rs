@@ -30,7 +30,7 @@ pub struct Arguments {
     calibration: PathBuf,
     /// Dataset folders; their rows of set 'fit' are compared. Further calibration or model files before them: all are judged side
     /// by side, on rows that no fit has seen
-    #[arg(required = true, value_name = "CALIBRATION|DATASET", value_parser = dataset())]
+    #[arg(required = true, value_name = "DATASET", value_parser = dataset())]
     datasets: Vec<PathBuf>,
     /// Compare the rows of set 'validation' instead
     #[arg(long, conflicts_with = "all")]

@@ -1,13 +1,14 @@
-//! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about
-//! the least-squares fit. Whole postures are judged first, then single samples: if several targets are measured from
-//! one posture, a bad posture hides a bad sample. Postures that follow each other in time may be of one accident, and hide each
-//! other: the run without which all others fit best is looked into as well.
+//! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about the
+//! least-squares fit. Whole postures are judged first, then single samples: a bad posture hides a bad sample of several targets.
+//! Postures that follow each other in time may be of one accident, and hide each other: the run without which all others fit
+//! best is looked into as well.
 //!
 //! With Gaussian noise, a campaign has a suspect with a probability of less than 1e-3.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::clusters::stand_together;
 use super::time_order::{accidents, in_time};
 use super::{Row, Unit, rows};
 use crate::identify::Model;
@@ -16,7 +17,7 @@ use crate::identify::fit::{Fit, fit};
 use crate::identify::problem::{Problem, Use};
 use crate::math::linalg::{self, LinalgError};
 use crate::math::positive_definite;
-use crate::measure::dataset::NamedDataset;
+use crate::measure::dataset::{NamedDataset, Sample};
 use crate::measure::poses::Postures;
 use crate::residuals::noise_floor::chi2_chance;
 
@@ -32,7 +33,7 @@ const MOST: f64 = 0.05;
 /// Number of suspects that are allowed however few the postures.
 const ALWAYS_ALLOWED: usize = 2;
 
-/// The same of suspects that deviate by more than [`GROSS_DEVIATION`]: errors of an arm do not stand out so far from each other.
+/// The same of suspects that deviate by more than [`GROSS_DEVIATION`] and stand apart: errors of an arm are of neighbours, too.
 const MOST_GROSS: f64 = 0.12;
 /// Deviation, in robust one-sigmas, of such a suspect.
 const GROSS_DEVIATION: f64 = 15.0;
@@ -132,6 +133,13 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let members = postures.members();
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
+    let q: Vec<&[f64]> = samples(datasets).map(|(_, s)| s.q.as_slice()).collect();
+    let gross = |units: &[Unit], aside: &[usize]| {
+        let bad = near.far_off(units, aside, GROSS_DEVIATION, stated);
+        let of: Vec<&[f64]> = units.iter().map(|u| q[u.samples[0]]).collect();
+        let is_arm = bad.len() as f64 > MOST_GROSS * units.len() as f64 || stand_together(&of, &bad);
+        if is_arm { Vec::new() } else { bad }
+    };
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
     let mut bad = near.far_off(&by_posture, &[], SUSPECT_DEVIATION, stated);
     let order = in_time(datasets, &members);
@@ -142,7 +150,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     if accidents(&bad, &order) > most || bad.len() > most_in_runs {
         // A posture with several measurements is bad by one of them.
         let is_single = members.len() == rows.len();
-        bad = if is_single { near.gross(&by_posture, &[], stated) } else { Vec::new() };
+        bad = if is_single { gross(&by_posture, &[]) } else { Vec::new() };
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
@@ -152,7 +160,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
         let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
         let few = near.far_off(&by_sample, &aside_rows, SUSPECT_DEVIATION, stated);
-        let bad = if few.len() <= most { few } else { near.gross(&by_sample, &aside_rows, stated) };
+        let bad = if few.len() <= most { few } else { gross(&by_sample, &aside_rows) };
         if !bad.is_empty() {
             let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
             units.extend(bad_units.iter().cloned());
@@ -178,12 +186,14 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     named(datasets, &rows, found)
 }
 
+/// The samples of set `fit`, with the index of their dataset.
+fn samples<'a>(datasets: &[NamedDataset<'a>]) -> impl Iterator<Item = (usize, &'a Sample)> {
+    let all = datasets.iter().enumerate().flat_map(|(d, of)| of.dataset.samples.iter().map(move |s| (d, s)));
+    all.filter(|(_, s)| Use::Fit.takes(s))
+}
+
 fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64, f64)>) -> Vec<Suspect> {
-    let taken = datasets
-        .iter()
-        .enumerate()
-        .flat_map(|(d, NamedDataset { dataset: data, .. })| data.samples.iter().map(move |s| (d, s)));
-    let samples: Vec<(usize, &str)> = taken.filter(|(_, s)| Use::Fit.takes(s)).map(|(d, s)| (d, s.id.as_str())).collect();
+    let samples: Vec<(usize, &str)> = samples(datasets).map(|(d, s)| (d, s.id.as_str())).collect();
     found.retain(|(i, ..)| *i < rows.len());
     found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let suspect = |(place, deviation, chance): (usize, f64, f64)| {
@@ -349,12 +359,6 @@ impl Near {
         let chance = |squares: f64, numbers: usize| chi2_chance(squares, numbers as f64).unwrap_or(1.0);
         let limit = chance(deviation * deviation, 3);
         (0..units.len()).filter(|&u| chance(ratios[u], units[u].numbers()) < limit).collect()
-    }
-
-    /// Units that deviate so much that errors of an arm are no explanation; none if they are many.
-    fn gross(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
-        let bad = self.far_off(units, aside, GROSS_DEVIATION, stated);
-        if bad.len() as f64 <= MOST_GROSS * units.len() as f64 { bad } else { Vec::new() }
     }
 
     /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
