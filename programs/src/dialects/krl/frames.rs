@@ -24,6 +24,9 @@ pub struct Forms {
     forms: HashMap<(usize, String), Form>,
 }
 
+/// What switches a base on that external axes carry, whatever its number.
+const EXTERNAL_BASE: &str = "#EX_BASE,";
+
 /// The reason why a base that moves cannot be compensated for.
 const MOVES: &str = "the base is carried by external axes";
 /// The reason why work in the hand cannot be compensated for.
@@ -138,9 +141,16 @@ impl Forms {
         };
         if statement.verb() == "BAS" {
             let tight: String = statement.capitals.chars().filter(|c| !c.is_whitespace()).collect();
-            let of = |(frame, _, _, _): (Frame, &str, &str, &str)| {
-                let key = ["#TOOL,", "#BASE,"][frame as usize];
-                numbered(frame, number_behind(&tight, key)?)
+            if tight.contains(EXTERNAL_BASE) {
+                return vec![Step::Set(Frame::Base, Name::new(EXTERNAL_BASE, short(&statement.capitals)))];
+            }
+            let of = |(frame, _, list, _): (Frame, &str, &str, &str)| {
+                let (_, argument) = tight.split_once(["#TOOL,", "#BASE,"][frame as usize])?;
+                let argument = argument.strip_suffix(')').unwrap_or(argument);
+                match argument.parse() {
+                    Ok(number) => numbered(frame, number),
+                    Err(_) => self.name(frame, module, &format!("{list}[{argument}]")),
+                }
             };
             return set(FRAMES.map(of));
         }
@@ -174,12 +184,17 @@ pub fn settings(source: &Source, forms: &Forms, assigned: &[(Frame, Name)]) -> V
         let name = Name::new(key, key);
         Setting { line: 1, frame, name, stands: Stands::Null }
     };
+    let never = |key: &str, reason: &str| {
+        let name = Name::new(key, key);
+        Setting { line: 1, frame: Frame::Base, name, stands: Stands::Not(reason.into()) }
+    };
     let mut found = vec![
         null(Frame::Tool, "$NULLFRAME"),
         null(Frame::Base, "$NULLFRAME"),
         null(Frame::Tool, "TOOL_DATA[0]"),
         null(Frame::Base, "BASE_DATA[0]"),
-        Setting { line: 1, frame: Frame::Base, name: Name::new("#TCP", "#TCP"), stands: Stands::Not(IN_HAND.into()) },
+        never("#TCP", IN_HAND),
+        never(EXTERNAL_BASE, MOVES),
     ];
     let text = &source.text;
     for statement in statements(text) {
