@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use crate::flow::{Names, Step, follow};
 use crate::scan::{Brackets, Frame, Marks, Name, Position, Scan, Source, WRITE_OUT, home_of, is_name};
 use aggregate::{AXES, Aggregate, POSE};
-use frames::{Forms, settings, written};
+use frames::{Form, Forms, settings, written};
 use statement::{Destination, Statement, Target, statements};
 
 pub const MARKS: Marks = Marks { comment: b";", quotes: b"\"" };
@@ -48,6 +48,8 @@ struct Uses {
     numbers: HashMap<Key, usize>,
     /// Frames in which positions are used, by number.
     frames: HashMap<usize, [Names; 2]>,
+    /// Frames that the head of the open block of splines states.
+    block: Form,
     /// Frames assigned by the name of a variable.
     assigned: Vec<(Frame, Name)>,
 }
@@ -166,6 +168,11 @@ impl Uses {
     fn step(&mut self, source: &Source, statement: &Statement, forms: &Forms, steps: &mut Vec<Step>) {
         let (text, module) = (&source.text, source.module);
         let name = || statement.words.get(1).cloned().unwrap_or_default();
+        if statement.begins_block() {
+            self.block = forms.own(module, text, statement);
+        } else if ["ENDSPLINE", "END", "ENDFCT"].contains(&statement.verb()) {
+            self.block = Form::default();
+        }
         match statement.verb() {
             "DEF" => return steps.push(Step::Begin(name())),
             "GLOBAL" if statement.words.get(1).is_some_and(|w| w.starts_with("DEF")) => {
@@ -190,7 +197,8 @@ impl Uses {
         }
         steps.extend(forms.set(module, text, statement));
         if statement.motion().is_some() {
-            let own = forms.own(module, text, statement);
+            let [tool, base] = forms.own(module, text, statement);
+            let own = [tool.or(self.block[0].clone()), base.or(self.block[1].clone())];
             for destination in statement.destinations(text) {
                 let keys = match destination {
                     Destination::Literal(at) => vec![(usize::MAX - source.file, format!("{}", at.start))],
@@ -298,6 +306,9 @@ fn literal(source: &Source, statement: &Statement, pair: Brackets, uses: &Uses, 
     let content = Aggregate::parse(text, pair);
     if !content.is_place() || statement.is_relative() {
         return;
+    }
+    if statement.begins_block() {
+        return; // A frame, for its segments.
     }
     if statement.motion().is_some() {
         let is_here = |d: &Destination| matches!(d, Destination::Literal(at) if at.start == pair.open);

@@ -58,3 +58,35 @@ fn bas_with_a_variable_is_an_unknown_frame_and_an_external_base_moves() {
     let (making, new) = of("BAS(#TOOL,2)\nBAS(#EX_BASE,1)\nBAS(#BASE,1)\n", [2, 1]);
     making.holds(&bench, &new, 8, 0, false);
 }
+
+#[test]
+fn the_head_of_a_block_of_splines_holds_for_its_segments() {
+    let bench = Bench::kr6();
+    let [two, one] = ["{X 0,Y 35,Z 90,A 30,B 0,C -20}", "{X 300,Y -120,Z 40,A 15,B 0,C 0}"];
+    for head in [
+        "SPLINE WITH $VEL = SVEL_CP(0.5, , LCPDAT1), $TOOL = STOOL2(FS1), $BASE = SBASE(FS1.BASE_NO), $LOAD = SLOAD(FS1.TOOL_NO)"
+            .to_owned(),
+        "SPLINE WITH $TOOL=TOOL_DATA[2], $BASE=BASE_DATA[1], $VEL.CP=0.2".to_owned(),
+        "PTP_SPLINE C_DIS WITH $BASE=BASE_DATA[1], $TOOL=TOOL_DATA[2]".to_owned(),
+        format!("SPLINE WITH $BASE={one}, $TOOL={two}"),
+    ] {
+        let [verb, circle] = if head.starts_with("PTP") { ["SPTP", "SPTP"] } else { ["SPL", "SLIN"] };
+        let mut making = Making::new(format!(
+            "DEF a()\nDECL FDAT FS1={{TOOL_NO 2,BASE_NO 1,IPO_FRAME #BASE}}\nBAS(#TOOL,1)\nBAS(#BASE,2)\n{head}\n{verb} "
+        ));
+        krl_position(&mut making, &bench, made(&bench, 1, [2, 1]));
+        making.w.fixed(format!("{circle} "));
+        krl_position(&mut making, &bench, made(&bench, 2, [2, 1]));
+        // A segment may have a tool of its own, and the block ends.
+        making.w.fixed(format!("{verb} "));
+        let own = made(&bench, 3, [1, 1]);
+        making.w.fixed("{");
+        krl_numbers(&mut making.w, &bench, &own);
+        making.w.fixed("} WITH $TOOL=TOOL_DATA[1]\nENDSPLINE\nLIN ");
+        making.made.push(own);
+        krl_position(&mut making, &bench, made(&bench, 4, [1, 2]));
+        making.w.fixed("END\n");
+        let new = rewrite(&bench, Dialect::Krl, &[("a.src", making.w.bytes())], &with_frames()).remove(0);
+        making.holds(&bench, &new, 8, 0, false);
+    }
+}

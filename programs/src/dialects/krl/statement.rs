@@ -8,6 +8,8 @@ use crate::scan::{Text, is_name, is_of_name};
 const MOTIONS: [(&str, usize); 7] = [("PTP", 1), ("LIN", 1), ("CIRC", 2), ("SPTP", 1), ("SLIN", 1), ("SCIRC", 2), ("SPL", 1)];
 /// Motions by a distance.
 const RELATIVE: [&str; 7] = ["PTP_REL", "LIN_REL", "CIRC_REL", "SPTP_REL", "SLIN_REL", "SCIRC_REL", "SPL_REL"];
+/// Blocks of splines, whose head has settings for all segments.
+const BLOCKS: [&str; 2] = ["SPLINE", "PTP_SPLINE"];
 /// Words with which a statement begins that compares and does not assign.
 const CONDITIONAL: [&str; 10] = ["IF", "WHILE", "UNTIL", "WAIT", "SWITCH", "CASE", "FOR", "TRIGGER", "INTERRUPT", "RETURN"];
 
@@ -87,6 +89,11 @@ impl Statement {
         RELATIVE.contains(&self.verb())
     }
 
+    /// True for the head of a block of splines.
+    pub fn begins_block(&self) -> bool {
+        BLOCKS.contains(&self.verb()) && self.target_sign().is_none()
+    }
+
     /// Place of the sign of an assignment that the verb itself would be the target of.
     fn target_sign(&self) -> Option<()> {
         let rest = self.capitals.strip_prefix(self.verb())?.trim_start();
@@ -95,7 +102,7 @@ impl Statement {
 
     /// The target of an assignment.
     pub fn target(&self, text: &Text) -> Option<Target> {
-        if self.motion().is_some() || self.is_relative() || CONDITIONAL.contains(&self.verb()) {
+        if self.motion().is_some() || self.begins_block() || self.is_relative() || CONDITIONAL.contains(&self.verb()) {
             return None;
         }
         let bytes = &text.bytes()[self.at.clone()];
@@ -149,9 +156,9 @@ impl Statement {
         self.parts(text).0.into_iter().map(|at| destination(text, at)).collect()
     }
 
-    /// The settings of one motion, `$TOOL = ...` and `$BASE = ...`: the right sides.
+    /// The settings of one motion or of a block, `$TOOL = ...` and `$BASE = ...`: the right sides.
     pub fn with(&self, text: &Text) -> Vec<(String, Range<usize>)> {
-        if self.motion().is_none() && !self.verb().ends_with("SPLINE") {
+        if self.motion().is_none() && !self.begins_block() {
             return Vec::new();
         }
         let parts = text.parts(self.parts(text).1).into_iter().filter_map(|part| {
