@@ -283,7 +283,7 @@ impl<'a> Frames<'a> {
     }
 }
 
-fn are_same(a: &Pose, b: &Pose) -> bool {
+pub(super) fn are_same(a: &Pose, b: &Pose) -> bool {
     let apart = a.inverse() * b;
     let [position, angle] = SAME_FRAME;
     apart.translation.vector.norm() <= position && rotation_vector(&apart.rotation).norm() <= angle

@@ -9,7 +9,7 @@ use super::read_back::Draft;
 use super::rewritten::{Rewritten, RewrittenProgram};
 use super::scan::{Configuration, Position, Scan, is_of_name};
 use super::stretches::{Step, Stretches, step};
-use super::world::tell_height;
+use super::world::{stand, tell_height};
 use calibench::compensate::conditions::Conditions;
 use calibench::compensate::{Compensator, Desired, Fake, Target, Warnings};
 use calibench::robot::FramePose;
@@ -43,7 +43,9 @@ pub fn rewrite_programs(
     let mut scans = scanned(dialect, programs, permissions);
     let own = [compensator.flange_from_tool(), compensator.base_link_from_work()];
     let is = [permissions.tool_given, permissions.base_given];
-    let mut frames = Frames::of(&scans, Given { is, own, listed: permissions.frames.settings() });
+    let mut given = Given { is, own, listed: permissions.frames.settings() };
+    stand(&mut scans, &mut given);
+    let mut frames = Frames::of(&scans, given);
     let (idle, sentences) = (frames.idle(), frames.sentences());
     if let Some(first) = scans.first_mut() {
         for (word, reason) in idle {

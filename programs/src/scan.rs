@@ -115,6 +115,8 @@ impl Ord for Name {
 pub(super) enum Stands {
     /// Written out: the tool on the flange, or the base on the robot's base link.
     At(Pose),
+    /// Written out on another frame, which has this name.
+    On(Pose, String),
     /// The flange or the base link itself, as every controller has it under this name.
     Null,
     /// It is made at run time, so that its numbers are not in the program.

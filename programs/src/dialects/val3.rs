@@ -2,7 +2,7 @@
 
 mod data;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use crate::scan::{
     Brackets, Configuration, Frame, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name,
@@ -60,13 +60,12 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
     for (source, scan) in sources.iter().zip(&mut scans).filter(|(source, _)| !is_data(source)) {
         program(&source.text, &kinds, &mut uses, scan);
     }
-    let frames = settings(&all);
-    for (k, ((file, value), setting)) in all.iter().zip(frames).enumerate() {
+    for (k, (file, value)) in all.iter().enumerate() {
         let Some(scan) = sources.iter().position(|s| s.file == *file).and_then(|at| scans.get_mut(at)) else { continue };
         if k == 0 {
             scan.settings.extend(null_frames());
         }
-        scan.settings.extend(setting);
+        scan.settings.extend(setting(value));
         if matches!(value.kind, Kind::Point | Kind::Joints) {
             position(value, &uses, scan);
         }
@@ -79,31 +78,16 @@ fn null_frames() -> [Setting; 2] {
     [of(Frame::Tool, "flange"), of(Frame::Base, "world")]
 }
 
-/// Where frames and tools stand: each on its father, up to the world or the flange. `None` for other values.
-fn settings(all: &[(usize, Value)]) -> Vec<Option<Setting>> {
-    let by_name: BTreeMap<&str, &Value> = all.iter().map(|(_, value)| (value.name.as_str(), value)).collect();
-    let of = |value: &Value| {
-        let (frame, last) = match value.kind {
-            Kind::Frame => (Frame::Base, "world"),
-            Kind::Tool => (Frame::Tool, "flange"),
-            Kind::Point | Kind::Joints => return None,
-        };
-        let mut pose = value.pose();
-        let mut father = value.father.as_str();
-        // As many steps as there are values: a chain that is longer goes round.
-        for _ in all {
-            if father == last || father.is_empty() {
-                break;
-            }
-            let above = by_name.get(father).filter(|above| above.kind == value.kind);
-            pose = above.and_then(|above| Some(above.pose()? * pose?));
-            father = above.map_or("", |above| above.father.as_str());
-        }
-        let stands = pose.filter(|_| father == last || father.is_empty()).map_or(Stands::Computed, Stands::At);
-        let name = Name::new(value.name.clone(), value.name.clone());
-        Some(Setting { line: value.line, frame, name, stands })
+/// Where a frame or a tool stands: on its father, if only the world or the flange. `None` for other values.
+fn setting(value: &Value) -> Option<Setting> {
+    let (frame, last) = match value.kind {
+        Kind::Frame => (Frame::Base, "world"),
+        Kind::Tool => (Frame::Tool, "flange"),
+        Kind::Point | Kind::Joints => return None,
     };
-    all.iter().map(|(_, value)| of(value)).collect()
+    let father = if value.father.is_empty() { last } else { &value.father };
+    let stands = value.pose().map_or(Stands::Computed, |pose| Stands::On(pose, father.to_owned()));
+    Some(Setting { line: value.line, frame, name: Name::new(value.name.clone(), value.name.clone()), stands })
 }
 
 fn position(value: &Value, uses: &Uses, scan: &mut Scan) {

@@ -1,13 +1,20 @@
 //! Tools and bases however a program states them: taken with the positions that have them, or told with the positions left as
 //! they are.
 
-use calibench_programs::{Dialect, Permissions, RewrittenProgram};
+use std::fs;
+
+use calibench::compensate::{Compensator, Task, WorkFrame};
+use calibench::robot::inverse::StatusTurn;
+use calibench::robot::{FramePose, Pose};
+use calibench::units::{DEG, MM};
+use calibench_programs::{Dialect, Permissions, Program, RewrittenProgram, read_frames, rewrite_programs};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::a_program_is_rewritten_and_nothing_else::Bench;
 use crate::every_dialect_branches_and_calls::{Making, listed};
-use crate::programs_are_as_controllers_write_them::{Made, Random, krl_numbers, rewrite};
+use crate::jobs_of_yaskawa_and_of_staubli::{HEAD, KEYS, attributes, of_val3, to_val3, val3_program};
+use crate::programs_are_as_controllers_write_them::{BARE, BASES, Made, Random, TOOLS, krl_numbers, pose_of, rewrite, told};
 
 /// Permissions with the tools and the bases of the generator by their numbers.
 pub fn with_frames() -> Permissions {
@@ -88,5 +95,63 @@ fn the_head_of_a_block_of_splines_holds_for_its_segments() {
         making.w.fixed("END\n");
         let new = rewrite(&bench, Dialect::Krl, &[("a.src", making.w.bytes())], &with_frames()).remove(0);
         making.holds(&bench, &new, 8, 0, false);
+    }
+}
+
+#[test]
+fn frames_of_val3_stand_on_the_world_given() {
+    let bench = Bench::other();
+    // Righty, and elbow and wrist left open.
+    let in_front = |seed: u64, base: usize| {
+        let front = |made: &Made| StatusTurn::of(&bench.wrist(), made.q[..].try_into().unwrap()).status & 1 == 0;
+        (0..).map(|k| made(&bench, 100 * seed + k, [1, base])).find(front).unwrap()
+    };
+    let world = pose_of(BASES[2]);
+    let value = |name: &str, kind: &str, pose: &Pose, father: &str| {
+        let numbers = attributes(&KEYS, &to_val3(pose));
+        format!("<Data name=\"{name}\" type=\"{kind}\">\n<Value key=\"0\"{numbers} fatherId=\"{father}[0]\"/>\n</Data>\n")
+    };
+    // The jig's frame is at the base link, and the table's is base 1.
+    let table = world.inverse() * pose_of(BASES[1]);
+    let mut making = Making::new(format!(
+        "{HEAD}{}{}{}",
+        value("fTable", "frame", &table, "world"),
+        value("fJig", "frame", &pose_of(BASES[1]).inverse(), "fTable"),
+        value("tGun", "tool", &pose_of(TOOLS[1]), "flange"),
+    ));
+    let mut code = String::new();
+    for (k, (father, base)) in [("world", 2), ("fTable", 1), ("fJig", 0)].into_iter().enumerate() {
+        let made = in_front(k as u64, base);
+        let sides = [("epositive", "enegative", made.q[2]), ("wpositive", "wnegative", made.q[4])];
+        let [elbow, wrist] = sides.map(|(plus, minus, q)| if q >= 0.0 { plus } else { minus });
+        making.w.fixed(format!("<Data name=\"p{k}\" type=\"pointRx\">\n<Value key=\"0\""));
+        for (key, value) in KEYS.iter().zip(to_val3(&made.pose(&bench))) {
+            making.w.fixed(format!(" {key}=\"")).number(value, 6).fixed("\"");
+        }
+        making
+            .w
+            .fixed(format!(" shoulder=\"righty\" elbow=\"{elbow}\" wrist=\"{wrist}\" fatherId=\"{father}[0]\"/>\n</Data>\n"));
+        making.made.push(made);
+        code += &format!("movel(p{k},tGun,m)\n");
+    }
+    making.w.fixed("</Datas>\n</Database>\n");
+    let files = [("a.dtx", making.w.bytes()), ("main.pgx", val3_program("main", &code))];
+    let programs = files.clone().map(|(path, bytes)| Program { path: path.into(), dialect: Dialect::Val3, bytes });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.toml");
+    fs::write(&path, format!("format = \"calibench-frames/1\"\n[bases]\nworld = {:?}\n", BASES[2])).unwrap();
+    let listed = Permissions { frames: read_frames(&path).unwrap(), ..Permissions::default() };
+    let given = Permissions { base_given: true, ..Permissions::default() };
+    let [x, y, z, a, b, c] = BASES[2];
+    let frame = FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) };
+    for (permissions, frame) in [(listed, FramePose::default()), (given, frame)] {
+        let task = Task { frame: WorkFrame::Base(frame), ..BARE };
+        let mut compensator = Compensator::new(&bench.calibration, &task).unwrap();
+        let new = rewrite_programs(&programs, &mut compensator, &permissions).remove(0);
+        told(&new, &[]);
+        let (old, found) = (making.w.old_numbers(), making.w.numbers_of(&new.bytes));
+        for (k, made) in making.made.iter().enumerate() {
+            made.holds(&bench, of_val3(&old[6 * k..]), of_val3(&found[6 * k..]));
+        }
     }
 }

@@ -123,22 +123,22 @@ fn what_a_job_leaves_open_is_refused_by_name() {
 }
 
 /// VAL 3: x, y, z (mm), rx, ry, rz (deg), about x, the new y, the new z.
-fn of_val3(n: &[f64]) -> Pose {
+pub fn of_val3(n: &[f64]) -> Pose {
     let about = |axis, angle: f64| Rotation3::from_axis_angle(&axis, angle * DEG);
     let rotation = about(Vector3::x_axis(), n[3]) * about(Vector3::y_axis(), n[4]) * about(Vector3::z_axis(), n[5]);
     Pose::from_parts(Translation3::new(n[0] * MM, n[1] * MM, n[2] * MM), rotation)
 }
 
-fn to_val3(pose: &Pose) -> [f64; 6] {
+pub fn to_val3(pose: &Pose) -> [f64; 6] {
     let (t, r) = (pose.translation.vector / MM, pose.rotation.matrix());
     let angles = [(-r[(1, 2)]).atan2(r[(2, 2)]), r[(0, 2)].asin(), (-r[(0, 1)]).atan2(r[(0, 0)])];
     [t.x, t.y, t.z, angles[0] / DEG, angles[1] / DEG, angles[2] / DEG]
 }
 
-const HEAD: &str = "<?xml version=\"1.0\" encoding=\"utf-8\" ?>\n<Database xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
+pub const HEAD: &str = "<?xml version=\"1.0\" encoding=\"utf-8\" ?>\n<Database xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
                     xmlns=\"http://www.staubli.com/robotics/VAL3/Data/2\">\n  <Datas>\n";
 
-fn val3_program(name: &str, code: &str) -> Vec<u8> {
+pub fn val3_program(name: &str, code: &str) -> Vec<u8> {
     format!(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Programs xmlns=\"http://www.staubli.com/robotics/VAL3/Program/2\">\n\
          <Program name=\"{name}\">\n<Code><![CDATA[begin\n{code}end]]></Code>\n</Program>\n</Programs>\n"
@@ -146,11 +146,11 @@ fn val3_program(name: &str, code: &str) -> Vec<u8> {
     .into_bytes()
 }
 
-fn attributes(keys: &[&str], values: &[f64]) -> String {
+pub fn attributes(keys: &[&str], values: &[f64]) -> String {
     keys.iter().zip(values).map(|(key, value)| format!(" {key}=\"{value:.9}\"")).collect()
 }
 
-const KEYS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+pub const KEYS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 #[test]
 fn val3_of_the_editor() {
