@@ -86,7 +86,7 @@ impl<'a> Frames<'a> {
         for setting in given.listed {
             // What the program changes at run time or cannot have is not made good by a number.
             let others = known.entry(of(setting)).or_default();
-            others.retain(|known| matches!(known.setting.stands, Stands::Not(_)));
+            others.retain(|known| matches!(known.setting.stands, Stands::Not(_) | Stands::Computed));
             others.push(Known { file: None, setting: setting.clone() });
         }
         let mut used: [BTreeSet<Name>; 2] = Default::default();
@@ -195,11 +195,15 @@ impl<'a> Frames<'a> {
                 return self.refuse(frame, &Name { shown: what, ..name.clone() }, *line, &reason, &remedy);
             }
             if let Some(line) = computed {
-                let reason = format!("the {word} is computed at run time, and is taken to be the one given");
-                let (what, remedy) = (name.shown.clone(), "check that it is".into());
-                self.tell(frame, name, line.file, Remark { line: line.line, what, reason, remedy, blocks: false });
+                self.tell_taken(frame, name, line, &name.shown);
             }
             return Ok(Place::Own);
+        }
+        let listed = settings.iter().find(|known| known.file.is_none()).and_then(Known::pose);
+        if let (Some(pose), Some(line)) = (listed, computed) {
+            let shown = find(|s| *s == Stands::Computed).map_or(&name.shown, |known| &known.setting.name.shown);
+            self.tell_taken(frame, name, line, shown);
+            return Ok(Place::At(pose));
         }
         match (&poses[..], computed) {
             (_, Some(line)) => {
@@ -219,6 +223,14 @@ impl<'a> Frames<'a> {
                 None => Ok(Place::At(*first)),
             },
         }
+    }
+
+    /// Tells once of a frame that is set at run time, and of which the user gave numbers.
+    fn tell_taken(&mut self, frame: Frame, name: &Name, line: Line, shown: &str) {
+        let (word, _) = WORDS[frame as usize];
+        let reason = format!("the {word} is computed at run time, and is taken to be the one given");
+        let (what, remedy) = (shown.to_owned(), "check that it is".into());
+        self.tell(frame, name, line.file, Remark { line: line.line, what, reason, remedy, blocks: false });
     }
 
     fn tell(&mut self, frame: Frame, name: &Name, file: usize, remark: Remark) {

@@ -155,3 +155,24 @@ fn frames_of_val3_stand_on_the_world_given() {
         }
     }
 }
+
+#[test]
+fn a_listed_frame_that_a_program_sets_is_told() {
+    let bench = Bench::kr6();
+    let [x, y, z, a, b, c] = [500.0, 0.0, 100.0, 0.0, 180.0, 0.0];
+    let position = |n: usize| {
+        format!(
+            "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'x',\n X = {x} mm, Y = {y} mm, Z = {z} mm,\n W = {c} deg, P = {b} deg, R = {a} deg\n}};\n"
+        )
+    };
+    let program = |lines: &str| {
+        let text = format!("/PROG A\n/MN\n{lines} 9:L P[1] 9mm/sec FINE ;\n/POS\n{}/END\n", position(1)).into_bytes();
+        rewrite(&bench, Dialect::Fanuc, &[("a.ls", text)], &with_frames()).remove(0)
+    };
+    let plain = program(" 1:UFRAME_NUM=1 ;\n 2:UTOOL_NUM=1 ;\n");
+    let set = program(" 1:UFRAME[1]=PR[5] ;\n 2:UTOOL[1]=PR[6] ;\n");
+    assert_eq!(set.rewritten[0].fake, plain.rewritten[0].fake, "in the frames given");
+    assert!(plain.remarks.is_empty() && set.is_whole(), "{set:#?}");
+    let lines: Vec<(usize, &str)> = set.remarks.iter().map(|r| (r.line, r.what.as_str())).collect();
+    assert_eq!(lines, [(3, "UFRAME[1]"), (4, "UTOOL[1]")], "{:#?}", set.remarks);
+}
