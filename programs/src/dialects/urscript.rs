@@ -1,19 +1,21 @@
 //! URScript: `.script`.
 
+mod tools;
+
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 
 use crate::flow::{Step, follow};
-use crate::numbers::{Meaning, meaning};
 use crate::scan::{
-    Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name,
-    is_of_name,
+    Brackets, Configuration, Frame, Layout, Marks, Name, Position, Scan, Source, Text, WRITE_OUT, is_name, is_of_name,
 };
+use tools::{tool_of, tools};
 
 pub const MARKS: Marks = Marks { comment: b"#", quotes: b"\"" };
 
 /// Motions, and how many of their first arguments are positions.
-const MOTIONS: [(&str, usize); 6] = [("movej", 1), ("movel", 1), ("movep", 1), ("movec", 2), ("servoj", 1), ("servoc", 1)];
+const MOTIONS: [(&str, usize); 8] =
+    [("movej", 1), ("movel", 1), ("movep", 1), ("movec", 2), ("servoj", 1), ("servoc", 1), ("optimovej", 1), ("optimovel", 1)];
 /// Functions of positions whose value depends on a literal in them.
 const ARITHMETIC: [&str; 8] = [
     "pose_trans",
@@ -99,11 +101,27 @@ fn literals(text: &Text) -> Vec<Literal> {
 
 /// The value of an argument: all of it, or what follows `name =`.
 fn value_of(text: &Text, argument: &Range<usize>) -> Range<usize> {
+    keyword(text, argument).1
+}
+
+/// The keyword of an argument, empty if it has none, and its value.
+fn keyword(text: &Text, argument: &Range<usize>) -> (String, Range<usize>) {
     let at = text.trimmed(argument.clone());
     let name = text.bytes()[at.clone()].iter().take_while(|b| is_of_name(**b)).count();
     let rest = text.trimmed(at.start + name..at.end);
     let is_keyword = name > 0 && text.bytes()[rest.clone()].starts_with(b"=") && !text.bytes()[rest.clone()].starts_with(b"==");
-    if is_keyword { text.trimmed(rest.start + 1..rest.end) } else { at }
+    if is_keyword {
+        (text.words(at.start..at.start + name), text.trimmed(rest.start + 1..rest.end))
+    } else {
+        (String::new(), at)
+    }
+}
+
+/// The value of the argument with this keyword, or of the one in this place, counted from 0, that has none.
+fn argument(text: &Text, call: &Call, place: usize, name: &str) -> Option<Range<usize>> {
+    let mut all = call.arguments.iter().map(|argument| keyword(text, argument));
+    let named = all.clone().find(|(key, _)| key == name);
+    named.or_else(|| all.nth(place).filter(|(key, _)| key.is_empty())).map(|(_, value)| value)
 }
 
 /// The name on the left of `=` before a place, on its line.
@@ -135,14 +153,15 @@ impl Uses {
                     self.moved.insert(name);
                 }
             }
-            if let ("get_inverse_kin", [pose, near, ..]) = (&call.name[..], &call.arguments[..]) {
-                let near = value_of(text, near);
+            if call.name == "get_inverse_kin"
+                && let (Some(pose), Some(near)) = (argument(text, &call, 0, "x"), argument(text, &call, 1, "qnear"))
+            {
                 if text.bytes()[near.clone()].starts_with(b"[")
                     && let Some(numbers) = text.numbers(near.start + 1..near.end.saturating_sub(1).max(near.start + 1))
                 {
                     self.joints.insert(text.words(near.clone()), numbers.iter().map(|n| n.value).collect());
                 }
-                self.near.insert(text.words(value_of(text, pose)), text.words(near));
+                self.near.insert(text.words(pose), text.words(near));
             }
             if ARITHMETIC.contains(&call.name.as_str()) {
                 let arguments = call.arguments.iter().map(|argument| text.words(argument.clone()));
@@ -211,7 +230,8 @@ impl Uses {
                     let key = if is_name(&words) { words } else { format!("{}:{}", source.file, value.start) };
                     let next = self.numbers.len();
                     let number = *self.numbers.entry(key).or_insert(next);
-                    steps.push(Step::Use(number, [None, None]));
+                    let own = tool_of(text, &call).filter(|_| call.name == "get_inverse_kin");
+                    steps.push(Step::Use(number, [own, None]));
                 }
             }
         }
@@ -225,46 +245,6 @@ impl Uses {
     fn near_of(&self, name: &str) -> Option<&Vec<f64>> {
         self.joints.get(self.near.get(name)?)
     }
-}
-
-/// The tool that `set_tcp` sets: numbers, or the name of a variable.
-fn tool_of(text: &Text, call: &Call) -> Option<Name> {
-    let words = text.words(value_of(text, call.arguments.first()?));
-    let tight: String = words.chars().filter(|c| !c.is_whitespace()).collect();
-    let short: String = tight.chars().take(60).collect();
-    Some(if is_name(&tight) { Name::new(tight.clone(), tight) } else { Name::new(tight, format!("set_tcp({short})")) })
-}
-
-/// The tools that a file writes out.
-fn tools(text: &Text, calls: &[Call]) -> Vec<Setting> {
-    let pose = |literal: &Literal| {
-        let values: Vec<f64> = text.numbers(literal.inside.clone())?.iter().map(|n| n.value).collect();
-        match meaning(Layout::UrPose, &values) {
-            Ok(Meaning::Pose(pose)) => Some(pose),
-            _ => None,
-        }
-    };
-    let literals: Vec<Literal> = literals(text).into_iter().filter(|literal| literal.is_pose).collect();
-    let by_start: HashMap<usize, &Literal> = literals.iter().map(|literal| (literal.at.start, literal)).collect();
-    let set = calls.iter().filter(|call| call.name == "set_tcp").filter_map(|call| {
-        let name = tool_of(text, call).filter(|name| !is_name(&name.key))?;
-        let value = value_of(text, call.arguments.first()?);
-        let written = by_start.get(&value.start).filter(|literal| literal.at == value).and_then(|literal| pose(literal));
-        let stands = written.map_or(Stands::Computed, Stands::At);
-        Some(Setting { line: text.line(call.at), frame: Frame::Tool, name, stands })
-    });
-    let named = literals.iter().filter_map(|literal| {
-        let name = assigned(text, literal.at.start)?;
-        let stands = pose(literal).map_or(Stands::Computed, Stands::At);
-        Some(Setting { line: text.line(literal.at.start), frame: Frame::Tool, name: Name::new(name.clone(), name), stands })
-    });
-    let set_later = text.lines().enumerate().filter_map(|(k, at)| {
-        let target = target(&text.words(at))?;
-        let is_new = !target.is_literal || !target.index.is_empty();
-        let name = Name::new(target.name.clone(), target.name);
-        is_new.then_some(Setting { line: k + 1, frame: Frame::Tool, name, stands: Stands::Computed })
-    });
-    set.chain(named).chain(set_later).collect()
 }
 
 /// The left side of an assignment.
@@ -340,7 +320,7 @@ fn scan_file(source: &Source, uses: &Uses) -> Scan {
 /// Motions to something that is not written out.
 fn depends(text: &Text, call: &Call, uses: &Uses, scan: &mut Scan) {
     let line = text.line(call.at);
-    for argument in call.arguments.iter().take(motion(&call.name).unwrap_or(0)) {
+    for argument in call.arguments.iter().take(positions_of(&call.name)) {
         let words = text.words(value_of(text, argument));
         let literal = words.starts_with("p[") || words.starts_with('[');
         if literal || words.is_empty() || uses.written.contains(&words) || words.starts_with("get_inverse_kin") {

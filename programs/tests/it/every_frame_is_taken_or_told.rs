@@ -8,6 +8,7 @@ use calibench::robot::inverse::StatusTurn;
 use calibench::robot::{FramePose, Pose};
 use calibench::units::{DEG, MM};
 use calibench_programs::{Dialect, Permissions, Program, RewrittenProgram, read_frames, rewrite_programs};
+use nalgebra::{Rotation3, Translation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -175,4 +176,72 @@ fn a_listed_frame_that_a_program_sets_is_told() {
     assert!(plain.remarks.is_empty() && set.is_whole(), "{set:#?}");
     let lines: Vec<(usize, &str)> = set.remarks.iter().map(|r| (r.line, r.what.as_str())).collect();
     assert_eq!(lines, [(3, "UFRAME[1]"), (4, "UTOOL[1]")], "{:#?}", set.remarks);
+}
+
+#[test]
+fn get_inverse_kin_has_a_tool_of_its_own() {
+    let bench = Bench::ur5();
+    // Tool 1 of the generator, whose only angle is 5 deg about y.
+    let tool = format!("p[0.01,-0.004,0.12,0,{:.12},0]", 5.0 * DEG);
+    for (behind, in_1) in [
+        (format!("tcp={tool}"), true),
+        (format!("maxPositionError=1e-10, tcp = {tool}"), true),
+        (format!("1e-10, 1e-10, {tool}"), true),
+        ("tcp=grip".into(), true),
+        ("1e-10, 1e-10, \"active_tcp\"".into(), false),
+    ] {
+        let mut making = Making::new(format!("grip={tool}\nset_tcp(p[0,0,0,0,0,0])\nmovej(get_inverse_kin("));
+        let put = |making: &mut Making, tool: usize| {
+            let made = made(&bench, 7, [tool, 0]);
+            let pose = made.pose(&bench);
+            making.w.fixed("p[");
+            for (k, value) in pose.translation.vector.iter().chain(&pose.rotation.scaled_axis()).enumerate() {
+                making.w.fixed(if k > 0 { "," } else { "" }).number(*value, 10);
+            }
+            making.w.fixed("]");
+            making.made.push(made);
+        };
+        put(&mut making, usize::from(in_1));
+        let near: Vec<String> = making.made[0].q.iter().map(|q| format!("{q:.4}")).collect();
+        making.w.fixed(format!(", qnear=[{}], {behind}), a=1.2)\nmovel(get_inverse_kin(", near.join(", ")));
+        put(&mut making, 0);
+        making.w.fixed(format!(", [{}]))\n", near.join(", ")));
+        let new = rewrite(&bench, Dialect::UrScript, &[("a.script", making.w.bytes())], &Permissions::default()).remove(0);
+        told(&new, &[]);
+        let (old, found) = (making.w.old_numbers(), making.w.numbers_of(&new.bytes));
+        let pose = |n: &[f64]| {
+            let rotation = Rotation3::from_scaled_axis(Vector3::new(n[3], n[4], n[5]));
+            Pose::from_parts(Translation3::new(n[0], n[1], n[2]), rotation)
+        };
+        for (k, made) in making.made.iter().enumerate() {
+            made.holds(&bench, pose(&old[6 * k..]), pose(&found[6 * k..]));
+        }
+    }
+    let unknown = "movej(get_inverse_kin(p[-0.4,0.1,0.3,3.1,0,0],tcp=get_tcp_offset()))\n";
+    let new = rewrite(&bench, Dialect::UrScript, &[("a.script", unknown.into())], &Permissions::default()).remove(0);
+    left(unknown.as_bytes(), &new, &[(1, "tcp=get_tcp_offset()", true)]);
+}
+
+#[test]
+fn urscript_that_moves_to_computed_poses_is_told() {
+    let bench = Bench::ur5();
+    let text = "plane=p[0.4,-0.1,0.05,0,0,0.5]\nwp=p[-0.4,0.1,0.3,3.1,0,0]\n\
+                movej(get_inverse_kin(pose_trans(plane, p[-0.7,0.1,0.3,-2.7,-1.2,-0.4]), qnear=[0,-1,1,0,1,0]))\n\
+                q=get_inverse_kin(pose_trans(plane, wp))\noptimovel(pose_trans(plane, wp), a=1)\noptimovej(there)\n";
+    let new = rewrite(&bench, Dialect::UrScript, &[("a.script", text.into())], &Permissions::default()).remove(0);
+    let lines = [
+        (3, "get_inverse_kin pose_trans(plane", false),
+        (4, "get_inverse_kin", false),
+        (5, "optimovel", false),
+        (6, "optimovej", false),
+    ];
+    left(text.as_bytes(), &new, &lines);
+    let joints = made(&bench, 3, [0, 0]).q;
+    let list: Vec<String> = joints.iter().map(|q| format!("{q:.9}")).collect();
+    let of = |verb: &str| {
+        let text = format!("{verb}([{}], a=1)\n", list.join(", "));
+        rewrite(&bench, Dialect::UrScript, &[("a.script", text.into())], &Permissions::default()).remove(0)
+    };
+    let [old, new] = ["movej", "optimovej"].map(of);
+    assert_eq!((new.rewritten.len(), &new.rewritten[0].fake), (1, &old.rewritten[0].fake));
 }
