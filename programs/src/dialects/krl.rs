@@ -239,6 +239,8 @@ fn scan_file(source: &Source, uses: &Uses, forms: &Forms) -> Scan {
             if pair.open >= end_of_last {
                 end_of_last = pair.close;
                 literal(source, &statement, pair, uses, forms, &mut scan);
+            } else {
+                within(source, &statement, pair, uses, &mut scan);
             }
         }
         motion(source, &statement, uses, &mut scan);
@@ -297,6 +299,17 @@ fn assigned(source: &Source, line: usize, target: &Target, uses: &Uses, scan: &m
         scan.tell_computed(line, what);
     } else if target.field.starts_with('E') && target.field.len() == 2 && is_position {
         scan.tell_axis_set(line, what);
+    }
+}
+
+/// An aggregate within another one: told where it is a position, as of a structure; a load's frames are none.
+fn within(source: &Source, statement: &Statement, pair: Brackets, uses: &Uses, scan: &mut Scan) {
+    let content = Aggregate::parse(&source.text, pair);
+    let Some(target) = statement.target(&source.text).filter(|_| content.is_place()) else { return };
+    let is_moved = uses.moved.contains(&uses.key(source.module, &target.root, &target.root));
+    if is_moved || content.has_status() || content.has_axes() {
+        let reason = "it holds a position within a structure, which is left as it is";
+        scan.unreadable(statement.line, target.indexed, reason, "declare the position as an E6POS of its own");
     }
 }
 

@@ -147,7 +147,9 @@ fn scan_file(source: &Source, uses: &Uses) -> Scan {
     let of = |frame, key: &str| Setting { line: 1, frame, name: Name::new(key, key), stands: Stands::Null };
     let mut scan = Scan { settings: vec![of(Frame::Tool, "TOOL0"), of(Frame::Base, "WOBJ0")], ..Scan::default() };
     let statements = statements(text);
+    let mut read = HashSet::new();
     for (group, is_pose) in positions(text) {
+        read.insert(group.at.open);
         let assigned = assigned(text, group.at.open);
         let name = assigned.clone().unwrap_or_else(|| if is_pose { "robtarget" } else { "jointtarget" }.into());
         let key = assigned.map(|name| uses.key(source.module, &name));
@@ -172,6 +174,7 @@ fn scan_file(source: &Source, uses: &Uses) -> Scan {
     for statement in &statements {
         let line = text.line(statement.at.start);
         told(source, statement, line, uses, &mut scan);
+        not_read(text, statement, &read, &mut scan);
         frames(text, statement, line, &mut scan);
     }
     scan
@@ -204,6 +207,18 @@ fn position(text: &Text, group: &Group, is_pose: bool, name: String, scan: &mut 
 
 /// Positions of external axes from here on mean that there is none; RAPID writes 9E9 (mm or deg).
 const NO_AXIS: f64 = 8.9e9;
+
+/// Positions in a motion that name a part of what they are made of; those with all parts in brackets begin at these places.
+fn not_read(text: &Text, statement: &Statement, read: &HashSet<usize>, scan: &mut Scan) {
+    let Some(motion) = statement.motion(text) else { return };
+    for place in motion.positions {
+        if text.bytes().get(place.start) == Some(&b'[') && !read.contains(&place.start) {
+            let what: String = format!("{} {}", motion.verb, text.words(place.clone())).chars().take(60).collect();
+            let reason = "a part of the position is a name, or is left out";
+            scan.unreadable(text.line(place.start), what, reason, "write all its numbers out, in mm and deg");
+        }
+    }
+}
 
 /// Motions to what is not written out, displacements, and what is set at run time.
 fn told(source: &Source, statement: &Statement, line: usize, uses: &Uses, scan: &mut Scan) {

@@ -245,3 +245,26 @@ fn urscript_that_moves_to_computed_poses_is_told() {
     let [old, new] = ["movej", "optimovej"].map(of);
     assert_eq!((new.rewritten.len(), &new.rewritten[0].fake), (1, &old.rewritten[0].fake));
 }
+
+#[test]
+fn positions_made_of_names_or_within_structures_are_told() {
+    let bench = Bench::kr6();
+    let axes = "[9E9,9E9,9E9,9E9,9E9,9E9]";
+    let text = format!(
+        "MODULE M\nPROC a()\nMoveL [c1,[0,0,1,0],[0,0,0,0],{axes}],v100,fine,tool0;\n\
+         MoveL [[350,10,400],o1,[0,0,0,0],{axes}],v100,fine,tool0;\nMoveL [[350,10,h1],[0,0,1,0],[0,0,0,0],{axes}],v100,fine,tool0;\n\
+         MoveC [[350,10,300],[0,0,1,0],conf1,{axes}],\n[[350,10,300],[0,0,1,0],[0,0,0,0],eax1],v100,fine,tool0;\n\
+         MoveAbsJ [[0,0,0,0,30,j6],{axes}],v100,fine,tool0;\nMoveAbsJ [home,{axes}],v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    );
+    let new = rewrite(&bench, Dialect::Rapid, &[("m.mod", text.clone().into())], &Permissions::default()).remove(0);
+    let all = [(3, "[c1,"), (4, "o1"), (5, "robtarget"), (6, "conf1"), (7, "eax1"), (8, "jointtarget"), (9, "[home,")];
+    left(text.as_bytes(), &new, &all.map(|(line, what)| (line, what, true)));
+    assert_eq!((new.remarks.len(), new.positions), (7, 7), "{:#?}", new.remarks);
+
+    let text = "DEF a()\nBAS(#TOOL,1)\nBAS(#BASE,1)\nLOAD_DATA[1]={M 1,CM {X 0,Y 0,Z 1,A 0,B 0,C 0},J {X 0,Y 0,Z 0}}\n\
+                j={job: p {E6POS: X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 34},n 3}\nw[1]={p {X 1,Y 2,Z 3,A 4,B 5,C 6},v 0.2}\n\
+                LIN j.p\nPTP w[1].p\nEND\n";
+    let new = rewrite(&bench, Dialect::Krl, &[("a.src", text.into())], &with_frames()).remove(0);
+    left(text.as_bytes(), &new, &[(5, "J", true), (6, "W[1]", true)]);
+    assert_eq!((new.remarks.iter().filter(|r| r.blocks).count(), new.positions), (2, 2), "{:#?}", new.remarks);
+}
