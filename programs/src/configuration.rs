@@ -12,13 +12,16 @@ use calibench::units::DEG;
 /// rounded to 0.01 mm and 0.01 deg, and joints are at zero.
 const ROUNDED: f64 = 0.1 * DEG;
 
+/// A flange nearer to the wrist's centre than this, m, is at it.
+const SAME_PLACE: f64 = 1e-6;
+
 /// The sides of a posture that a configuration distinguishes; each is zero at a singularity.
 struct Sides {
     /// The wrist's centre in front of axis 1, m.
     front: f64,
     /// The elbow above the line from shoulder to wrist, rad, for an arm that reaches forward.
     up: f64,
-    /// The hand bent to the same side as the elbow where joint 4 is at zero, rad.
+    /// The hand bent down where joint 4 is at zero and the arm reaches forward, rad; FANUC's joint 5 is negative there.
     bowed: f64,
 }
 
@@ -145,7 +148,13 @@ fn sides(compensator: &Compensator<'_>, q: &[f64; 6]) -> Sides {
     let forearm = wrist - elbow;
     let axis = posture.joint_axis(3).0;
     let axis = if axis.dot(&forearm) < 0.0 { -axis } else { axis };
-    let hand = posture.frame(6).z * if robot.links[5].mdh.d < 0.0 { -1.0 } else { 1.0 };
+    // A file may count joint 6 about an axis that points back into the arm: the hand is where the flange is.
+    let last = posture.frame(6);
+    let flange = robot.flange.pose();
+    let out_of_wrist = last.o + last.direction(&flange.translation.vector) - wrist;
+    let faces = last.direction(&(flange.rotation * nalgebra::Vector3::z()));
+    let side = last.z.dot(if out_of_wrist.norm() > SAME_PLACE { &out_of_wrist } else { &faces });
+    let hand = if side < 0.0 { -last.z } else { last.z };
     let turn = |from: &nalgebra::Vector3<f64>, to: &nalgebra::Vector3<f64>| forward.dot(&from.cross(to)).atan2(from.dot(to));
     Sides { front, up: turn(&(elbow - shoulder), &forearm), bowed: turn(&axis, &hand) }
 }

@@ -1,9 +1,11 @@
 //! Programs in the style of the controllers' own editors: every position in its own tool and base, every construct that moves
 //! told by its line, nothing refused without cause.
 
+use std::f64::consts::PI;
+
 use calibench::compensate::{Compensator, Desired, Target, Task, WorkFrame};
 use calibench::robot::inverse::StatusTurn;
-use calibench::robot::{FramePose, Pose};
+use calibench::robot::{FramePose, Pose, built_in};
 use calibench::units::{DEG, MM};
 use calibench_programs::{Dialect, Permissions, Program, Remark, RewrittenProgram, rewrite_programs};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -11,6 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::a_program_is_rewritten_and_nothing_else::{Bench, Writer, angles, of_angles, quadrant};
+use crate::identified::calibration_of;
 
 /// The targets of the programs are in frames of their own: the base link and the flange.
 pub const BARE: Task = Task {
@@ -474,4 +477,35 @@ fn what_moves_at_run_time_or_is_unknown_is_told() {
     assert!(new.rewritten.is_empty());
     let twice = fanuc(" 1:L P[1] 10mm/sec FINE ;\n", &[point("P[1]", 0.0), point("P[1]", 0.0)]);
     assert!(!rewrite(&kr6, Dialect::Fanuc, &[("a.ls", twice.into_bytes())], &given)[0].is_whole());
+}
+
+#[test]
+fn n_of_fanuc_bends_the_hand_down_however_the_file_counts_joint_6() {
+    // The upper arm upright, the forearm level and the hand straight down: the wrist is at 25 + 365, 400 + 315 + 35 mm, and the
+    // flange 80 mm below it. FANUC's joint 5 stands at -90 deg there, this file's at 90.
+    let program = |letter: char| {
+        let position = "X = 390 mm, Y = 0 mm, Z = 670 mm,\n W = 180 deg, P = 0 deg, R = -150 deg";
+        format!(
+            "/PROG A\n/MN\n 1:L P[1] 9mm/sec FINE ;\n/POS\nP[1]{{\n GP1:\n UF : 0, UT : 0, CONFIG : '{letter} U T, 0, 0, 0',\n {position}\n}};\n/END\n"
+        )
+    };
+    let mut in_flange = built_in("kr6_r700").unwrap();
+    // The same arm with the length of its hand in the flange, whose z axis points out; axis 6 still points back into the arm.
+    in_flange.flange = FramePose { xyz: [0.0, 0.0, in_flange.links[5].mdh.d], rz_ry_rx: [0.0, PI, 0.0] };
+    in_flange.links[5].mdh.d = 0.0;
+    for robot in [built_in("kr6_r700").unwrap(), in_flange] {
+        let calibration = calibration_of(robot, &["mdh"], 7);
+        let bench = Bench { calibration, postures: Vec::new() };
+        let rewritten = |letter: char| {
+            let files = [("a.ls", program(letter).into_bytes())];
+            let new = rewrite(&bench, Dialect::Fanuc, &files, &Permissions::default()).remove(0);
+            new.rewritten.first().map(|one| one.fake.q.iter().map(|q| q / DEG).collect::<Vec<f64>>())
+        };
+        let q = rewritten('N').unwrap();
+        for (k, (q, by_hand)) in q.iter().zip([0.0, -90.0, 90.0, 0.0, 90.0, 30.0]).enumerate() {
+            assert!((q - by_hand).abs() < 2.0, "joint {}: {q}", k + 1);
+        }
+        // Flipped, joint 4 is at the half turn: refused, or there.
+        assert!(rewritten('F').is_none_or(|q| q[4] < 0.0));
+    }
 }
