@@ -32,7 +32,7 @@ struct Uses {
 
 impl Uses {
     fn is_in(names: &HashSet<String>, name: &str) -> bool {
-        names.contains(name) || names.contains(root_of(name))
+        names.contains(name) || names.contains(&format!("{}[*]", root_of(name)))
     }
 
     fn tools_of(&self, name: &str) -> Option<BTreeSet<Name>> {
@@ -144,7 +144,7 @@ fn program(text: &Text, kinds: &HashMap<&str, Kind>, uses: &mut Uses, scan: &mut
             scan.settings.push(computed(line, Frame::Base, frame));
         } else if let ("link", [point, _]) = (call.name.as_str(), &call.arguments[..]) {
             scan.tell_computed(line, point.as_str());
-            uses.set.insert(key_of(point));
+            uses.set.insert(indexed(point));
         }
     }
     for (k, at) in text.lines().enumerate() {
@@ -155,11 +155,11 @@ fn program(text: &Text, kinds: &HashMap<&str, Kind>, uses: &mut Uses, scan: &mut
         match kind {
             Kind::Point | Kind::Joints if is_whole => {
                 scan.tell_computed(k + 1, shown);
-                uses.set.insert(key_of(&name));
+                uses.set.insert(indexed(&name));
             }
             Kind::Point | Kind::Joints => {
                 scan.tell_set_in_part(k + 1, shown);
-                uses.parts.insert(key_of(&name));
+                uses.parts.insert(indexed(&name));
             }
             Kind::Frame | Kind::Tool if is_whole => {
                 let frame = if *kind == Kind::Tool { Frame::Tool } else { Frame::Base };

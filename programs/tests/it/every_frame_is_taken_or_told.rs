@@ -12,7 +12,7 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::a_program_is_rewritten_and_nothing_else::Bench;
+use crate::a_program_is_rewritten_and_nothing_else::{Bench, of_angles};
 use crate::every_dialect_branches_and_calls::{Making, listed};
 use crate::jobs_of_yaskawa_and_of_staubli::{HEAD, KEYS, attributes, of_val3, to_val3, val3_program};
 use crate::programs_are_as_controllers_write_them::{BARE, BASES, Made, Random, TOOLS, krl_numbers, pose_of, rewrite, told};
@@ -267,4 +267,43 @@ fn positions_made_of_names_or_within_structures_are_told() {
     let new = rewrite(&bench, Dialect::Krl, &[("a.src", text.into())], &with_frames()).remove(0);
     left(text.as_bytes(), &new, &[(5, "J", true), (6, "W[1]", true)]);
     assert_eq!((new.remarks.iter().filter(|r| r.blocks).count(), new.positions), (2, 2), "{:#?}", new.remarks);
+}
+
+#[test]
+fn one_element_that_is_set_leaves_the_others() {
+    let bench = Bench::kr6();
+    let of = |index: &str| {
+        let mut making = Making::new("DEF a()\nBAS(#TOOL,1)\nBAS(#BASE,2)\n".into());
+        for k in 1..=3 {
+            making.w.fixed(format!("pt[{k}]="));
+            krl_position(&mut making, &bench, made(&bench, k, [1, 2]));
+        }
+        making.w.fixed(format!("pt[{index}].Z=100\nFOR i=1 TO 3\nLIN pt[i]\nENDFOR\nEND\n"));
+        let new = rewrite(&bench, Dialect::Krl, &[("a.src", making.w.bytes())], &with_frames()).remove(0);
+        (making, new)
+    };
+    let (making, new) = of(" 1 ");
+    let lines: Vec<usize> = new.rewritten.iter().map(|one| one.line).collect();
+    assert_eq!((&lines[..], new.positions), (&[5, 6][..], 3), "{new:#?}");
+    let (old, found) = (making.w.old_numbers(), making.w.numbers_of(&new.bytes));
+    let pose = |n: &[f64]| of_angles([n[0], n[1], n[2]], [n[3], n[4], n[5]]);
+    assert_eq!(old[..8], found[..8], "the first stays");
+    for (k, made) in making.made.iter().enumerate().skip(1) {
+        made.holds(&bench, pose(&old[8 * k..]), pose(&found[8 * k..]));
+    }
+    let (making, new) = of("i");
+    left(&making.w.bytes(), &new, &[(7, "PT[I].Z", false)]);
+
+    // The same in VAL 3, where the first element is number 0.
+    let value = |k: u64| {
+        let pose = made(&bench, k, [0, 0]).pose(&bench);
+        format!("<Value key=\"{k}\"{} fatherId=\"world\"/>\n", attributes(&KEYS, &to_val3(&pose)))
+    };
+    let data = format!("{HEAD}<Data name=\"p\" type=\"pointRx\">\n{}{}</Data></Datas></Database>\n", value(0), value(1));
+    for (index, count) in [("0", 1), ("1", 1), ("i", 0)] {
+        let code = format!("p[{index}].trsf.z=5\nmovel(p[0],flange,m)\nmovel(p[1],flange,m)\n");
+        let files = [("a.dtx", data.clone().into_bytes()), ("main.pgx", val3_program("main", &code))];
+        let new = rewrite(&bench, Dialect::Val3, &files, &Permissions::default());
+        assert_eq!((new[0].rewritten.len(), new[0].positions), (count, 2), "{index}: {new:#?}");
+    }
 }

@@ -34,6 +34,14 @@ pub struct Target {
     pub right: Range<usize>,
 }
 
+impl Target {
+    /// True for an element whose numbers are written out, as `P[3]`.
+    pub fn has_plain_index(&self) -> bool {
+        let index = self.indexed.split_once('[').and_then(|(_, rest)| rest.strip_suffix(']'));
+        index.is_some_and(|index| index.split(',').all(|number| number.parse::<u32>().is_ok()))
+    }
+}
+
 /// Where a motion goes.
 pub enum Destination {
     /// To numbers in braces at this place.
