@@ -199,6 +199,14 @@ impl Scan {
         self.warn(line, what, &reason, "write out the positions or the frame that are to be compensated");
     }
 
+    /// Leaves a position that no motion goes to and a statement uses: what is done with it there is not known.
+    pub fn leave_used(&mut self, line: usize, what: impl Into<String>, by: &str) {
+        let short: String = by.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(60).collect();
+        let reason = format!("used by `{short}`, of which tool and base are not known");
+        let remedy = "move to it by an instruction that calibench reads, or compensate it by hand";
+        self.unreadable(line, what, &reason, remedy);
+    }
+
     /// Tells of an external axis that is set at run time.
     pub fn tell_axis_set(&mut self, line: usize, what: impl Into<String>) {
         let remedy = "check that it carries neither the robot nor the work";
@@ -353,6 +361,11 @@ fn foreign_bytes(bytes: &[u8]) -> Vec<usize> {
         at += chunk.invalid().len();
     }
     foreign
+}
+
+/// The identifiers of a text.
+pub(super) fn names(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_ascii() || !is_of_name(c as u8)).filter(|word| is_name(word))
 }
 
 /// True for a character of an identifier.

@@ -8,7 +8,7 @@ mod statement;
 use std::collections::{HashMap, HashSet};
 
 use crate::flow::{Names, Step, follow};
-use crate::scan::{Frame, Marks, Name, Scan, Source, WRITE_OUT, home_of, is_name};
+use crate::scan::{Frame, Marks, Name, Scan, Source, WRITE_OUT, home_of, is_name, names};
 use aggregate::{AXES, POSE};
 use frames::{Form, Forms, settings, written};
 use literals::{literal, within};
@@ -20,6 +20,8 @@ pub const MARKS: Marks = Marks { comment: b";", quotes: b"\"" };
 const TYPES: [&str; 4] = ["POS", "E6POS", "AXIS", "E6AXIS"];
 /// Words before the name in a declaration.
 const DECLARING: [&str; 10] = ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
+/// Words with which a line begins that names what it has: routines with their parameters, and structures.
+const HEADS: [&str; 7] = ["DEF", "DEFFCT", "DEFDAT", "EXT", "EXTFCT", "STRUC", "ENUM"];
 /// Positions of the controller at which the robot stands already.
 const HERE: [&str; 5] = ["$AXIS_ACT", "$POS_ACT", "$AXIS_FOR", "$POS_FOR", "$AXIS_RET"];
 
@@ -44,6 +46,8 @@ struct Uses {
     parts: HashSet<Key>,
     /// Set as a whole at run time.
     computed: HashSet<Key>,
+    /// Used by a statement: its text.
+    used: HashMap<Key, String>,
     /// Copies: what is set, and from what.
     copies: Vec<[Key; 2]>,
     has_motions: bool,
@@ -131,6 +135,7 @@ impl Uses {
 
     fn see(&mut self, source: &Source, statement: &Statement) {
         let (text, module) = (&source.text, source.module);
+        self.mention(source, statement);
         if statement.motion().is_some() {
             self.has_motions = true;
             for destination in statement.destinations(text) {
@@ -170,6 +175,24 @@ impl Uses {
                 self.copies.push([key.clone(), from]);
             }
             self.computed.insert(key);
+        }
+    }
+
+    /// The positions that a statement names, but for the one that it sets or declares.
+    fn mention(&mut self, source: &Source, statement: &Statement) {
+        let right = match statement.target(&source.text) {
+            Some(target) => source.text.capitals(target.right),
+            None if DECLARING.contains(&statement.verb()) || HEADS.contains(&statement.verb()) => return,
+            None => statement.capitals.clone(),
+        };
+        if right.starts_with('{') {
+            return;
+        }
+        for word in names(&right) {
+            let key = self.key(source.module, word, word);
+            if self.written.contains(&key) {
+                self.used.entry(key).or_insert_with(|| source.text.words(statement.at.clone()));
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use crate::scan::{
     Brackets, Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT,
-    home_of, is_name,
+    home_of, is_name, names,
 };
 
 use frames::frames;
@@ -17,6 +17,8 @@ pub const MARKS: Marks = Marks { comment: b"!", quotes: b"\"" };
 
 /// Fields of a position that are numbers of its pose.
 const PARTS: [&str; 4] = ["TRANS", "ROT", "ROBCONF", "ROBAX"];
+/// Words with which a declaration begins.
+const DECLARING: [&str; 5] = ["CONST ", "PERS ", "VAR ", "LOCAL ", "TASK "];
 /// Program displacements.
 const DISPLACED: [&str; 4] = ["PDISPON", "PDISPSET", "EOFFSON", "EOFFSSET"];
 
@@ -41,6 +43,8 @@ struct Uses {
     parts: HashSet<Key>,
     /// Set as a whole at run time.
     computed: HashSet<Key>,
+    /// Used by a statement: its text.
+    used: HashMap<Key, String>,
     frames: HashMap<Key, [BTreeSet<Name>; 2]>,
     has_motions: bool,
 }
@@ -62,8 +66,22 @@ impl Uses {
         (home_of(&self.written, self.modules, module, name), name.to_owned())
     }
 
+    /// The positions that a statement names, but for the one that it sets.
+    fn mention(&mut self, source: &Source, statement: &Statement) {
+        let is_declared = DECLARING.iter().any(|word| statement.capitals.starts_with(word));
+        let is_set = is_declared || statement.target().is_some_and(|(name, _)| is_name(&name));
+        let right = statement.capitals.split_once(":=").filter(|_| is_set).map(|(_, right)| right);
+        for word in names(right.unwrap_or(&statement.capitals)) {
+            let key = self.key(source.module, word);
+            if self.written.contains(&key) {
+                self.used.entry(key).or_insert_with(|| source.text.words(statement.at.clone()));
+            }
+        }
+    }
+
     fn see(&mut self, source: &Source, statement: &Statement) {
         let text = &source.text;
+        self.mention(source, statement);
         if let Some(motion) = statement.motion(text) {
             self.has_motions = true;
             for place in &motion.positions {
@@ -155,6 +173,14 @@ fn scan_file(source: &Source, uses: &Uses) -> Scan {
         let key = assigned.map(|name| uses.key(source.module, &name));
         if key.as_ref().is_some_and(|key| uses.parts.contains(key)) {
             scan.unread += 1; // Told where the number is set.
+            continue;
+        }
+        if let Some(by) = key
+            .as_ref()
+            .filter(|key| !uses.moved.contains(key) && !uses.computed.contains(key))
+            .and_then(|key| uses.used.get(key))
+        {
+            scan.leave_used(text.line(group.at.open), name, by);
             continue;
         }
         let Some(mut position) = position(text, &group, is_pose, name, &mut scan) else { continue };

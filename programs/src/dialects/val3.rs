@@ -5,7 +5,7 @@ mod data;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use crate::scan::{
-    Brackets, Configuration, Frame, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name,
+    Brackets, Configuration, Frame, Marks, Name, Position, Scan, Setting, Source, Stands, Text, WRITE_OUT, is_name, names,
 };
 use data::{Kind, Value, key_of, root_of, values};
 
@@ -28,6 +28,8 @@ struct Uses {
     parts: HashSet<String>,
     /// Set as a whole at run time.
     set: HashSet<String>,
+    /// Named by a line that does not set them, without index: its text.
+    used: HashMap<String, String>,
 }
 
 impl Uses {
@@ -107,6 +109,10 @@ fn position(value: &Value, uses: &Uses, scan: &mut Scan) {
     }
     let mut position = Position::new(value.line, name, value.kind.layout(), numbers);
     let tools = uses.tools_of(name);
+    let is_free = tools.is_none() && !Uses::is_in(&uses.set, name);
+    if let Some(by) = uses.used.get(root_of(name)).filter(|_| is_free) {
+        return scan.leave_used(value.line, name, by);
+    }
     // Data hold places that are set at run time, and points that programs are given.
     position.spare = tools.is_none() || Uses::is_in(&uses.set, name);
     let father = if value.father.is_empty() { "world" } else { &value.father };
@@ -148,7 +154,13 @@ fn program(text: &Text, kinds: &HashMap<&str, Kind>, uses: &mut Uses, scan: &mut
         }
     }
     for (k, at) in text.lines().enumerate() {
-        let Some(Target { name, component }) = target(&text.words(at)) else { continue };
+        let words = text.words(at);
+        let target = target(&words);
+        let right = words.split_once('=').filter(|_| target.is_some()).map_or(words.as_str(), |(_, right)| right);
+        for name in names(right).filter(|name| matches!(kinds.get(name), Some(Kind::Point | Kind::Joints))) {
+            uses.used.entry(name.to_owned()).or_insert_with(|| words.clone());
+        }
+        let Some(Target { name, component }) = target else { continue };
         let Some(kind) = kinds.get(root_of(&name)) else { continue };
         let shown = if component.is_empty() { name.clone() } else { format!("{name}.{component}") };
         let is_whole = component.is_empty() || component == "trsf";

@@ -12,7 +12,7 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::a_program_is_rewritten_and_nothing_else::{Bench, of_angles};
+use crate::a_program_is_rewritten_and_nothing_else::{Bench, angles, of_angles};
 use crate::every_dialect_branches_and_calls::{Making, listed};
 use crate::jobs_of_yaskawa_and_of_staubli::{HEAD, KEYS, attributes, of_val3, to_val3, val3_program};
 use crate::programs_are_as_controllers_write_them::{BARE, BASES, Made, Random, TOOLS, krl_numbers, pose_of, rewrite, told};
@@ -160,7 +160,7 @@ fn frames_of_val3_stand_on_the_world_given() {
 #[test]
 fn a_listed_frame_that_a_program_sets_is_told() {
     let bench = Bench::kr6();
-    let [x, y, z, a, b, c] = [500.0, 0.0, 100.0, 0.0, 180.0, 0.0];
+    let ([x, y, z], [a, b, c]) = angles(&made(&bench, 1, [1, 1]).pose(&bench));
     let position = |n: usize| {
         format!(
             "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'x',\n X = {x} mm, Y = {y} mm, Z = {z} mm,\n W = {c} deg, P = {b} deg, R = {a} deg\n}};\n"
@@ -306,4 +306,53 @@ fn one_element_that_is_set_leaves_the_others() {
         let new = rewrite(&bench, Dialect::Val3, &files, &Permissions::default());
         assert_eq!((new[0].rewritten.len(), new[0].positions), (count, 2), "{index}: {new:#?}");
     }
+}
+
+#[test]
+fn a_position_that_only_other_statements_use_stays() {
+    let bench = Bench::kr6();
+    let axes = "[9E9,9E9,9E9,9E9,9E9,9E9]";
+    let data = format!("[[400,10,300],[0,0,1,0],[0,0,0,0],{axes}]");
+    for (statement, line) in [
+        ("g1 p10,wJig;", 3),
+        ("g1 p10\\w:=wJig;", 3),
+        ("there:=p10; MoveL there,v100,fine,tool0;", 3),
+        ("FCPressL p10,v100,20,fine,tool0;", 3),
+        ("jq:=CalcJointT(p10,tool0);", 3),
+        ("MoveL Mirrored(p10),v100,fine,tool0;", 3),
+    ] {
+        let text = format!("MODULE M\n! p10\nCONST robtarget p10:={data};\nPROC a()\n{statement}\nENDPROC\nENDMODULE\n");
+        let new = rewrite(&bench, Dialect::Rapid, &[("m.mod", text.clone().into())], &Permissions::default()).remove(0);
+        left(text.as_bytes(), &new, &[(line, "P10", true)]);
+        let by: String = statement.split(';').next().unwrap().to_owned();
+        assert!(new.remarks.iter().any(|r| r.reason.contains(&by)), "{statement}: {:#?}", new.remarks);
+    }
+    // A list alone, and a position that a motion goes to as well.
+    for statement in ["", "g1 j10; MoveAbsJ j10,v1,z1,tool0;"] {
+        let data = format!("CONST jointtarget j10 :=[[0,-90,90,0,20,0],{axes}];");
+        let text = format!("MODULE M\n{data}\nPROC a()\n{statement}\nENDPROC\nENDMODULE\n");
+        let new = rewrite(&bench, Dialect::Rapid, &[("m.mod", text.into())], &Permissions::default()).remove(0);
+        assert_eq!(new.rewritten.len(), 1, "{statement}: {new:#?}");
+    }
+
+    let dat = |k: u64| {
+        let mut making = Making::new("DEFDAT a\nDECL E6POS XP1=".into());
+        krl_position(&mut making, &bench, made(&bench, k, [1, 1]));
+        making.w.fixed("ENDDAT\n");
+        making
+    };
+    let src = "DEF a()\nBAS(#TOOL,1)\nBAS(#BASE,1)\ngo(XP1,2)\nEND\nDEF go(p:IN,b:IN)\nE6POS p\nLIN p\nEND\n";
+    let making = dat(1);
+    let new = rewrite(&bench, Dialect::Krl, &[("a.src", src.into()), ("a.dat", making.w.bytes())], &with_frames());
+    left(&making.w.bytes(), &new[1], &[(2, "XP1", true)]);
+    // A copy that a motion goes to has known frames.
+    let src = "DEF a()\nE6POS q\nBAS(#TOOL,1)\nBAS(#BASE,1)\nq=XP1\nLIN q\nEND\n";
+    let new = rewrite(&bench, Dialect::Krl, &[("a.src", src.into()), ("a.dat", making.w.bytes())], &with_frames());
+    making.holds(&bench, &new[1], 8, 0, false);
+
+    let pose = attributes(&KEYS, &to_val3(&made(&bench, 1, [0, 0]).pose(&bench)));
+    let data = format!("{HEAD}<Data name=\"p\" type=\"pointRx\">\n<Value key=\"0\"{pose}/></Data></Datas></Database>\n");
+    let files = [("a.dtx", data.clone().into_bytes()), ("main.pgx", val3_program("main", "call place(p)\n"))];
+    let new = rewrite(&bench, Dialect::Val3, &files, &Permissions::default());
+    left(data.as_bytes(), &new[0], &[(1 + HEAD.lines().count() + 1, "p", true)]);
 }

@@ -65,12 +65,16 @@ pub fn literal(source: &Source, statement: &Statement, pair: Brackets, uses: &Us
         scan.unread += 1; // Told where the number is set.
         return;
     }
+    let frames = uses.frames_of(&one).or_else(|| uses.frames_of(&key)).cloned();
+    let is_free = !uses.moved.contains(&key) && !uses.computed.contains(&key) && frames.is_none();
+    if let Some(by) = uses.used.get(&key).filter(|_| is_free) {
+        return scan.leave_used(line, target.indexed, by);
+    }
     if uses.in_frames.contains(&key) {
         let reason = "it is part of a frame or of an expression too, which changes with it";
         scan.warn(line, target.indexed.as_str(), reason, "keep a copy of the position for the frame");
     }
     let Some(position) = content.position(text, line, &target.indexed, scan) else { return };
-    let frames = uses.frames_of(&one).or_else(|| uses.frames_of(&key)).cloned();
     let frames = frames.unwrap_or_else(|| {
         // The form of an inline motion has the number of its point: XP1 and FP1.
         let form = target.indexed.strip_prefix('X').and_then(|name| forms.find(source.module, &format!("F{name}")));

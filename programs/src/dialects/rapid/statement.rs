@@ -155,7 +155,7 @@ impl Statement {
     pub fn target(&self) -> Option<(String, String)> {
         let (left, _) = self.capitals.split_once(":=").filter(|_| motion_word(&self.capitals).is_none())?;
         let left: String = left.replace(" .", ".").replace(". ", ".").replace(" {", "{");
-        let word = left.rsplit(|c: char| c.is_whitespace()).next()?;
+        let word = left.trim_end().rsplit(|c: char| c.is_whitespace()).next()?;
         let rest = word.split_once('.').map_or("", |(_, rest)| rest);
         Some((root_of(word).to_owned(), rest.to_owned()))
     }
