@@ -1,9 +1,9 @@
 //! Positions of KRL that are written out.
 
-use super::Uses;
 use super::aggregate::Aggregate;
 use super::frames::Forms;
 use super::statement::{Destination, Statement};
+use super::uses::Uses;
 use crate::scan::{Brackets, Position, Scan, Source};
 
 /// An aggregate within another one: told where it is a position, as of a structure; a load's frames are none.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::{Call, Literal, argument, assigned, literals, target, value_of};
+use super::calls::{Call, Literal, argument, assigned, literals, target, value_of};
 use crate::numbers::{Meaning, meaning};
 use crate::scan::{Frame, Layout, Name, Setting, Stands, Text, is_name};
 
