@@ -356,3 +356,14 @@ fn a_position_that_only_other_statements_use_stays() {
     let new = rewrite(&bench, Dialect::Val3, &files, &Permissions::default());
     left(data.as_bytes(), &new[0], &[(1 + HEAD.lines().count() + 1, "p", true)]);
 }
+
+#[test]
+fn a_frame_that_breaks_off_is_no_panic() {
+    let bench = Bench::kr6();
+    let text = "PERS tooldata t :=[TRUE,[[0,0,9],[1,0,0,0]],[1]];\nPERS wobjdata w:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]]";
+    for length in 0..text.len() {
+        let program = &text.as_bytes()[..length];
+        let new = rewrite(&bench, Dialect::Rapid, &[("m.mod", program.to_vec())], &Permissions::default()).remove(0);
+        assert_eq!((&new.bytes[..], new.positions), (program, 0));
+    }
+}

@@ -26,14 +26,14 @@ pub fn frames(text: &Text, statement: &Statement, line: usize, scan: &mut Scan) 
         }
         return;
     }
-    let parts = text.parts(right.start + 1..right.end.saturating_sub(1).max(right.start + 1));
+    let parts = text.parts(inside(&right));
     let is = |k: usize, word: &str| parts.get(k).is_some_and(|at| text.capitals(at.clone()) == word);
     let frame = |k: usize| {
         let part = text.trimmed(parts.get(k)?.clone());
-        let inner = text.parts(part.start + 1..part.end.saturating_sub(1).max(part.start + 1));
+        let inner = text.parts(inside(&part));
         let list = |at: &Range<usize>| {
             let at = text.trimmed(at.clone());
-            text.numbers(at.start + 1..at.end.saturating_sub(1).max(at.start + 1))
+            text.numbers(inside(&at))
         };
         let values: Vec<f64> = [list(inner.first()?)?, list(inner.get(1)?)?].concat().iter().map(|n| n.value).collect();
         match meaning(Layout::AbbTarget, &values) {
@@ -51,4 +51,10 @@ pub fn frames(text: &Text, statement: &Statement, line: usize, scan: &mut Scan) 
         _ => return,
     };
     scan.settings.push(Setting { line, frame: of, name: Name::new(name, shown), stands });
+}
+
+/// What stands between the brackets of a place, which is empty at the end of a program that breaks off.
+fn inside(at: &Range<usize>) -> Range<usize> {
+    let end = at.end.saturating_sub(1).max(at.start);
+    (at.start + 1).min(end)..end
 }
