@@ -386,12 +386,8 @@ pub(super) fn sizes(f: &Finding) -> String {
 
 /// Effects that these data cannot test, grouped by the missing measurement.
 fn untestable(d: &Diagnosis) -> Vec<String> {
-    let mut needs: Vec<&str> = Vec::new();
-    for u in &d.untestable {
-        if !needs.contains(&u.needs) {
-            needs.push(u.needs);
-        }
-    }
+    let is_first = |k: &usize| d.untestable[..*k].iter().all(|earlier| earlier.needs != d.untestable[*k].needs);
+    let needs: Vec<&str> = (0..d.untestable.len()).filter(is_first).map(|k| d.untestable[k].needs).collect();
     let of = |need: &&str| {
         let effects: Vec<&EffectId> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| &u.effect).collect();
         let more = effects.len().saturating_sub(MOST_NAMED);

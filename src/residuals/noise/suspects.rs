@@ -134,11 +134,12 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let by_posture: Vec<Unit> = members.iter().map(|m| all_of(m)).collect();
     let stated = problem.noise_stated();
     let q: Vec<&[f64]> = samples(datasets).map(|(_, s)| s.q.as_slice()).collect();
-    let gross = |units: &[Unit], aside: &[usize]| {
+    // Of an accident all that deviate do so grossly; of an arm the gross ones are the peak of others.
+    let gross = |units: &[Unit], aside: &[usize], all: &[usize]| {
         let bad = near.far_off(units, aside, GROSS_DEVIATION, stated);
         let of: Vec<&[f64]> = units.iter().map(|u| q[u.samples[0]]).collect();
-        let is_arm = bad.len() as f64 > MOST_GROSS * units.len() as f64 || stand_together(&of, &bad);
-        if is_arm { Vec::new() } else { bad }
+        let is_few = bad.len() as f64 <= MOST_GROSS * units.len() as f64;
+        if is_few && 5 * bad.len() >= 4 * all.len() && !stand_together(&of, all) { bad } else { Vec::new() }
     };
     let most = ALWAYS_ALLOWED.max((MOST * members.len() as f64) as usize);
     let mut bad = near.far_off(&by_posture, &[], SUSPECT_DEVIATION, stated);
@@ -149,8 +150,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
     let most_in_runs = most.max((MOST_IN_RUNS * members.len() as f64) as usize);
     if accidents(&bad, &order) > most || bad.len() > most_in_runs {
         // A posture with several measurements is bad by one of them.
-        let is_single = members.len() == rows.len();
-        bad = if is_single { gross(&by_posture, &[]) } else { Vec::new() };
+        bad = if members.len() == rows.len() { gross(&by_posture, &[], &bad) } else { Vec::new() };
     }
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let bad_units: Vec<Unit> = bad.iter().map(|&u| by_posture[u].clone()).collect();
@@ -160,7 +160,7 @@ pub(crate) fn suspects_of(datasets: &[NamedDataset<'_>], problem: &Problem, fit:
         let by_sample: Vec<Unit> = (0..rows.len()).filter(|i| !aside.contains(i)).map(|i| all_of(&[i])).collect();
         let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| all_of(&[i]).rows).collect();
         let few = near.far_off(&by_sample, &aside_rows, SUSPECT_DEVIATION, stated);
-        let bad = if few.len() <= most { few } else { gross(&by_sample, &aside_rows) };
+        let bad = if few.len() <= most { few } else { gross(&by_sample, &aside_rows, &few) };
         if !bad.is_empty() {
             let mut units: Vec<Unit> = bad.iter().map(|&u| by_sample[u].clone()).collect();
             units.extend(bad_units.iter().cloned());
