@@ -11,14 +11,13 @@ mod guess;
 mod initial_setup;
 mod mukca;
 mod options;
+mod published;
 mod report;
 mod rotation;
 mod row_order;
 mod source;
 mod table;
 mod unknown_table;
-mod ur10_ipa;
-mod ur5_jacobi;
 
 use std::path::PathBuf;
 
@@ -93,8 +92,8 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
         return Err(ImportError::SetsAndFiles { sets: options.sets.len(), files: files.len() });
     }
     let imported = match format {
-        "ur10-ipa" => ur10_ipa::import(files, options)?,
-        "ur5-jacobi" => ur5_jacobi::import(files, options)?,
+        "ur10-ipa" => published::ur10_ipa(files, options)?,
+        "ur5-jacobi" => published::ur5_jacobi(files, options)?,
         "mukca" => mukca::import(files, options)?,
         _ => generic::import(files, options)?,
     };

@@ -4,19 +4,17 @@
 //! ball, tool, base and joint, [`noise`] their scatter, and [`misfit`] whether the data fit their robot at all.
 
 pub mod comparison;
-pub(crate) mod copied;
 mod look;
 mod lost_motion;
 pub mod misfit;
 pub mod noise;
 pub mod noise_floor;
 mod repeatability;
-mod unexplained;
 mod validation;
 pub mod views;
 
 pub use look::Look;
 pub use lost_motion::{Arrivals, LostMotion};
+pub use noise_floor::{noise_left, unexplained};
 pub use repeatability::{PoseRepeatability, Repeatability, StationRepeatability};
-pub use unexplained::{noise_left, unexplained};
 pub use validation::{HistogramBin, OrientationErrors, Validation};

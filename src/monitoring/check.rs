@@ -13,7 +13,7 @@
 pub mod charts;
 mod choose;
 pub mod conditions;
-mod copies;
+pub(crate) mod copies;
 mod evidence;
 mod loads;
 mod noise;

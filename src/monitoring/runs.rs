@@ -40,7 +40,7 @@ use crate::identify::calibration::{Calibration, Estimate, IdentifyError};
 use crate::identify::problem::Use;
 use crate::identify::{Model, RunChange, identify};
 use crate::measure::dataset::{Dataset, NamedDataset};
-use crate::residuals::copied::in_both;
+use crate::monitoring::check::copies::in_both;
 use crate::residuals::noise::{Suspect, suspects};
 
 /// Probability that runs of a robot in which nothing changed are reported to differ (half of it for each question of

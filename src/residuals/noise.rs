@@ -1,12 +1,11 @@
 //! Scatter of the data: samples that disagree with all others, repeats, serial correlation, rounded joint angles.
 
-mod clusters;
+mod accidents;
 mod joint_steps;
 mod noise_scale;
 mod repeats;
 mod serial;
 mod suspects;
-mod time_order;
 
 pub use joint_steps::JointSteps;
 pub(crate) use noise_scale::NoiseScale;

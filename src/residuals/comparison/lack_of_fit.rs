@@ -1,7 +1,7 @@
 //! Lack of fit: the residual beyond the noise.
 
+use crate::residuals::noise_floor::mean_square_beyond;
 use crate::residuals::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
-use crate::residuals::unexplained::mean_square_beyond;
 use crate::residuals::views::Whitened;
 use crate::residuals::{noise_left, unexplained};
 

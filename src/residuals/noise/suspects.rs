@@ -8,8 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::clusters::stand_together;
-use super::time_order::{accidents, in_time};
+use super::accidents::{accidents, in_time, stand_together};
 use super::{Row, Unit, rows};
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
