@@ -152,9 +152,9 @@ fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
 #[must_use]
 pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
     let Judgement { advice, cause, .. } = judgement;
-    let mut all = vec![match judgement.errors.is_in_vain() {
+    let mut all = vec![match judgement.errors.does_harm() {
         false => format!("use {file}"),
-        true => format!("do not use {file}: at the poses held out it is no better than the nominal arm"),
+        true => format!("do not use {file}: at the poses held out it errs more than the nominal arm"),
     }];
     if cause.verdict_of_the_rest() == Verdict::Unexplained
         && let Some(times) = times_the_noise(cause)

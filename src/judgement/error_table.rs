@@ -143,11 +143,12 @@ impl ErrorTable {
         self.last().map(|errors| errors.quantiles[2] / median_of_one_sigma)
     }
 
-    /// True if nothing was gained: the last state errs no less than the nominal arm.
+    /// True if the calibration does harm: at held-out poses the last state errs more than the nominal arm, and by more than the few
+    /// per cent that needless parameters cost.
     #[must_use]
-    pub fn is_in_vain(&self) -> bool {
+    pub fn does_harm(&self) -> bool {
         let [nominal, last] = [self.errors(Stage::Nominal), self.last()];
-        self.held_out && nominal.zip(last).is_some_and(|(nominal, last)| last.mean >= nominal.mean)
+        self.held_out && nominal.zip(last).is_some_and(|(nominal, last)| last.mean > HARM * nominal.mean)
     }
 
     /// The errors in a state; `None` if there are none.
@@ -160,6 +161,9 @@ impl ErrorTable {
         self.rows.iter().rev().find_map(|row| row.errors.as_ref().ok())
     }
 }
+
+/// Mean error, in parts of that of the nominal arm, beyond which a calibration does harm.
+const HARM: f64 = 1.1;
 
 /// Mean distance of measured from commanded positions, m, from which they are in different frames: the worst arm that was seen errs
 /// by some ten millimetres.

@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let chosen = ladder.recommended();
     let calibration = Calibration { misfit: gate.misfit.clone(), ..chosen.calibration.clone() };
     let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
-    let outcome = if is_met && !judgement.errors.is_in_vain() { Outcome::Done } else { Outcome::ExpectationFailed };
+    let outcome = if is_met && !judgement.errors.does_harm() { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
     let mut to_do =
         what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
