@@ -143,6 +143,11 @@ impl Judged<'_> {
         if cause == Cause::Unknown && self.nominal.left_out.is_some() {
             return None;
         }
+        if cause == Cause::Unknown
+            && let Some(still) = stuck::never_moved(whole)
+        {
+            return Some(self.misfit(Measure::Rows, sizes, Cause::Slips, vec![still]));
+        }
         Some(self.misfit(Measure::Places, sizes, cause, slips))
     }
 

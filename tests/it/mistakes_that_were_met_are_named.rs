@@ -52,6 +52,18 @@ fn a_mistake_that_was_met_is_named() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// A joint that moved and was not recorded.
+#[test]
+fn a_joint_that_never_changes_is_named() {
+    let mut data = table("target_elsewhere").unwrap();
+    data.samples.retain(|s| s.tool_target.is_none());
+    let fits = |data: &Dataset| data_fit(&[NamedDataset::new("", data)], Use::All).remove(0).misfit;
+    assert!(fits(&data).is_none());
+    data.samples.iter_mut().for_each(|s| s.q[2] = 0.5);
+    let misfit = fits(&data).expect("the forearm stood still in the table alone");
+    assert_eq!(misfit.slips[0].slip, "joint_constant:3");
+}
+
 /// One anchor cannot tell a left-handed frame, and has several minima.
 #[test]
 fn a_ball_bar_is_right() {

@@ -71,6 +71,19 @@ pub(super) fn stuck(dataset: &Dataset, campaign: &Campaign, reach: f64) -> Optio
     tell("joints_stale".into(), words)
 }
 
+/// A joint or two that have the same number in every row: of data that do not fit, they moved and were not recorded.
+pub(super) fn never_moved(campaign: &Campaign) -> Option<SlipTried> {
+    let first = &campaign.shots.first()?.q;
+    let is_still = |j: &usize| campaign.shots.iter().all(|shot| (shot.q[*j] - first[*j]).abs() < SAME_JOINTS);
+    let still: Vec<String> = (0..first.len()).filter(is_still).map(|j| (j + 1).to_string()).collect();
+    let words = match still.as_slice() {
+        [one] => format!("joint {one} has the same number in every row"),
+        [one, other] => format!("joints {one} and {other} have the same numbers in every row"),
+        _ => return None,
+    };
+    Some(SlipTried { slip: format!("joint_constant:{}", still.join(":")), residual: 0.0, words })
+}
+
 /// The targets of a tool whose rows hold the numbers of another one, with the number of such rows.
 pub(super) fn copied(campaign: &Campaign) -> Option<(usize, usize, usize)> {
     let of = |s: usize| campaign.shots.iter().filter(move |shot| shot.setup == s);
