@@ -30,7 +30,6 @@ mod whiteness;
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
-pub use judgement::MOST_NOISE;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
 pub use symptoms::Symptom;
@@ -41,8 +40,10 @@ use self::heat_map::{Curve, HeatMap};
 use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
 use self::surfaces::Surface;
+use self::verdict::MOST_NOISE;
 use crate::residuals::misfit::Abnormal;
 use crate::residuals::noise::Suspect;
+use crate::residuals::noise_floor::NoiseSource;
 
 use crate::effects::registry::Registry;
 use crate::effects::{self, EffectId};
@@ -195,6 +196,12 @@ impl Diagnosis {
         if !self.verdict_of_the_rest().names_effects() {
             (self.verdict, self.verdict_without_suspects) = (Verdict::DataDoNotFit, None);
         }
+    }
+
+    /// How many times the stated noise is left, where that is more than any noise that somebody stated wrongly.
+    pub fn beyond_noise(&self) -> Option<f64> {
+        let times = self.chi2_per_dof.sqrt();
+        (self.scatter.noise.source == NoiseSource::Stated && times > MOST_NOISE).then_some(times)
     }
 
     /// True if the residuals are fewer than two for each unknown: an effect that the model lacks would hardly show.

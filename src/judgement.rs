@@ -4,11 +4,10 @@
 
 mod error_table;
 mod expectations;
-mod side_by_side;
+pub mod side_by_side;
 
 pub use error_table::{ErrorRow, ErrorTable, NoErrors, Stage};
 pub use expectations::Expectations;
-pub use side_by_side::{Apart, Compared, Judged, JudgedOn, NotComparable, PairedDifference, SideBySide};
 
 use crate::diagnosis::Diagnosis;
 use crate::identify::calibration::IdentifyError;

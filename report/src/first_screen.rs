@@ -8,14 +8,13 @@ use super::meaning::meaning;
 use super::printout::Printout;
 use super::recommended::Recommended;
 use super::tables::{Table, plain_table, validation_row};
-use calibench::diagnosis::{Diagnosis, MOST_NOISE, Verdict};
+use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects::facts::{Intervention, Work};
 use calibench::identify::fit::Outcome;
 use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
-use calibench::residuals::noise_floor::NoiseSource;
 use calibench::selection::ToDo;
 use calibench::units::{MM, UM};
 
@@ -133,12 +132,6 @@ fn and(names: &[String]) -> String {
     }
 }
 
-/// How many times the stated noise is left, if that is far more than noise can be.
-fn times_the_noise(cause: &Diagnosis) -> Option<f64> {
-    let times = cause.chi2_per_dof.sqrt();
-    (cause.scatter.noise.source == NoiseSource::Stated && times > MOST_NOISE).then_some(times)
-}
-
 /// What to do at the robot about the cause, if it is one and not corrected in the model alone.
 fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
     let is_named = matches!(cause.verdict_of_the_rest(), Verdict::Identified | Verdict::Partly);
@@ -157,7 +150,7 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
         true => format!("do not use {file}: at the poses held out it errs more than the nominal arm"),
     }];
     if cause.verdict_of_the_rest() == Verdict::Unexplained
-        && let Some(times) = times_the_noise(cause)
+        && let Some(times) = cause.beyond_noise()
     {
         all.push(format!("check places, units and the stated noise: what is left is {times:.0} times that noise"));
     }

@@ -4,7 +4,7 @@ use super::figures::{CROSS_VALIDATED, NOT_FITTED};
 use super::printout::Printout;
 use super::tables::{Table, plain_rows};
 use super::workspace::map_table;
-use calibench::judgement::{Apart, Judged, JudgedOn, PairedDifference, SideBySide};
+use calibench::judgement::side_by_side::{Apart, Judged, JudgedOn, PairedDifference, SideBySide};
 use calibench::prediction::PoseSource;
 use calibench::units::MM;
 

@@ -13,6 +13,7 @@ use super::hypotheses::{Hypothesis, hypotheses};
 use super::library::Untestable;
 use super::shortlist::{Shortlist, credible};
 use super::surfaces::Surface;
+use super::verdict::MOST_NOISE;
 use super::whiteness::whiteness;
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
@@ -53,9 +54,6 @@ const BACKGROUND_ODDS: f64 = 20.0;
 
 /// Times that a shortlist is drawn up again without what cannot be.
 const SHORTLISTS: usize = 4;
-
-/// Largest multiple of a stated noise that may be noise.
-pub const MOST_NOISE: f64 = 10.0;
 
 /// Evidence from the data, before it is judged.
 struct Evidence<'a> {

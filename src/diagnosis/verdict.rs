@@ -1,5 +1,8 @@
 //! The verdict of a diagnosis.
 
+/// Largest multiple of a stated noise that may be noise.
+pub(super) const MOST_NOISE: f64 = 10.0;
+
 /// The verdict of a diagnosis.
 ///
 /// ```

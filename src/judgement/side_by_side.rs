@@ -33,7 +33,7 @@ impl PairedDifference {
     /// in twenty.
     ///
     /// ```
-    /// use calibench::judgement::PairedDifference;
+    /// use calibench::judgement::side_by_side::PairedDifference;
     ///
     /// let pair = PairedDifference::of(&[3.0, 4.0, 5.0], &[1.0, 1.9, 3.1]);
     /// assert!((pair.mean + 2.0).abs() < 1e-12 && pair.better_at == 3);

@@ -1,7 +1,7 @@
 //! `calibench-side-by-side/1`, printed by `compare` of several calibrations.
 
-use calibench::judgement;
-use calibench::judgement::JudgedOn;
+use calibench::judgement::side_by_side;
+use calibench::judgement::side_by_side::JudgedOn;
 use calibench::prediction::PoseSource;
 use calibench::units::MM;
 use schemars::JsonSchema;
@@ -73,20 +73,20 @@ pub struct SideBySide {
 impl SideBySide {
     /// The document of a comparison.
     #[must_use]
-    pub fn of(all: &judgement::SideBySide) -> Self {
+    pub fn of(all: &side_by_side::SideBySide) -> Self {
         let judged_on = match all.judged_on {
             JudgedOn::HeldOut => "held_out",
             JudgedOn::OtherData => "other_data",
             JudgedOn::LeftOut => "left_out",
         };
         let first = all.all.first().map_or("", |one| one.name.as_str());
-        let apart = |apart: &judgement::Apart| DistanceApart {
+        let apart = |apart: &side_by_side::Apart| DistanceApart {
             from: if apart.at == PoseSource::Ranges { "ranges" } else { "drawn" }.into(),
             mean_mm: apart.mean / MM,
             max_mm: apart.max / MM,
             map: WorkspaceMap::of(&apart.map),
         };
-        let calibration = |one: &judgement::Judged| JudgedCalibration {
+        let calibration = |one: &side_by_side::Judged| JudgedCalibration {
             name: one.name.clone(),
             mean_mm: one.errors.mean / MM,
             p95_mm: one.errors.quantiles[4] / MM,

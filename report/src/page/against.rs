@@ -15,7 +15,7 @@ use crate::side_by_side::paired_sentence;
 use crate::symptom_sentence;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
-use calibench::judgement::{JudgedOn, PairedDifference};
+use calibench::judgement::side_by_side::{JudgedOn, PairedDifference};
 use calibench::units::MM;
 
 /// The second model of a page.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::read_text;
-use calibench::judgement::{Compared, SideBySide};
+use calibench::judgement::side_by_side::{Compared, SideBySide};
 use calibench::measure::dataset::Dataset;
 use calibench_report::{documents, side_by_side_text};
 
