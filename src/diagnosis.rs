@@ -40,7 +40,7 @@ use self::heat_map::{Curve, HeatMap};
 use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
 use self::surfaces::Surface;
-use self::verdict::MOST_NOISE;
+use self::verdict::beyond_noise;
 use crate::residuals::misfit::Abnormal;
 use crate::residuals::noise::Suspect;
 use crate::residuals::noise_floor::NoiseSource;
@@ -200,8 +200,7 @@ impl Diagnosis {
 
     /// How many times the stated noise is left, where that is more than any noise that somebody stated wrongly.
     pub fn beyond_noise(&self) -> Option<f64> {
-        let times = self.chi2_per_dof.sqrt();
-        (self.scatter.noise.source == NoiseSource::Stated && times > MOST_NOISE).then_some(times)
+        beyond_noise(self.chi2_per_dof).filter(|_| self.scatter.noise.source == NoiseSource::Stated)
     }
 
     /// True if the residuals are fewer than two for each unknown: an effect that the model lacks would hardly show.

@@ -9,5 +9,5 @@ mod statistics;
 
 pub use linalg::LinalgError;
 pub use observability::Observability;
-pub(crate) use statistics::quantile;
+pub(crate) use statistics::{CHI2_MEDIAN, quantile};
 pub use statistics::{nearest_rank, rms};

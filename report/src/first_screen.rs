@@ -1,7 +1,7 @@
 //! The first screen: how bad it was, how good it is now at the same poses, where that is true, what causes it, what to do.
 
 use super::diagnosis_sentences::{cause_words, first};
-use super::effect_names::capital;
+use super::effect_names::{capital, enumerated, few_of};
 use super::figures::{EXPECTED_INSIDE, EXPECTED_OVER, NOT_FITTED, RESIDUAL};
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
@@ -17,9 +17,6 @@ use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
 use calibench::selection::ToDo;
 use calibench::units::{MM, UM};
-
-/// Most samples that are named.
-const MOST_NAMED: usize = 3;
 
 /// Name of a state on every screen.
 #[must_use]
@@ -114,21 +111,13 @@ pub fn expected_sentence(expected: &Expectations) -> String {
         [one] => format!("; over the joint limits nothing is predicted, as joint {one} was measured in one place"),
         several => {
             let names: Vec<String> = several.iter().map(ToString::to_string).collect();
-            format!("; over the joint limits nothing is predicted, as joints {} were measured in one place", and(&names))
+            format!("; over the joint limits nothing is predicted, as joints {} were measured in one place", enumerated(&names))
         }
     };
     match parts.as_slice() {
         [] if expected.undetermined.is_empty() => "No error is predicted: no pose of the robot is clear of itself.".into(),
         [] => format!("No error is predicted: these data do not determine {}.", expected.undetermined.join(", ")),
         parts => format!("{}{still}.", capital(&parts.join("; "))),
-    }
-}
-
-/// Names in a sentence: `1, 2 and 3`.
-fn and(names: &[String]) -> String {
-    match names {
-        [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
-        names => names.join(""),
     }
 }
 
@@ -152,13 +141,11 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
     if cause.verdict_of_the_rest() == Verdict::Unexplained
         && let Some(times) = cause.beyond_noise()
     {
-        all.push(format!("check places, units and the stated noise: what is left is {times:.0} times that noise"));
+        all.push(format!("check places, units and the stated noise: the residual is {times:.0} times that noise"));
     }
     let suspects: Vec<&str> = cause.scatter.suspects.iter().map(|s| s.sample.as_str()).collect();
     if !suspects.is_empty() {
-        let few = &suspects[..suspects.len().min(MOST_NAMED)];
-        let more = if suspects.len() > few.len() { format!(" and {} more", suspects.len() - few.len()) } else { String::new() };
-        all.push(format!("measure {}{more} again, or leave out, and calibrate again", few.join(", ")));
+        all.push(format!("measure {} again, or leave out, and calibrate again", few_of(&suspects)));
     }
     all.extend(at_the_robot(cause).map(|act| format!("at the robot: {act}")));
     match advice.to_do {

@@ -4,7 +4,7 @@ use calibench::recovery::{Recovery, Verdict};
 use calibench::units::MM;
 
 use super::documents::{self, RecoveredTool, RecoveredZero};
-use super::effect_names::capital;
+use super::effect_names::{capital, enumerated};
 use super::printout::Printout;
 use super::tables::{Table, plain_rows};
 
@@ -61,9 +61,7 @@ pub fn recovery_text(found: &Recovery, document: &documents::Recovery) -> Printo
     match unseen.as_slice() {
         [] => {}
         [one] => out.push(format!("These touches do not show the zero of joint {one}.\n")),
-        [rest @ .., last] => {
-            out.push(format!("These touches do not show the zeros of joints {} and {last}.\n", rest.join(", ")));
-        }
+        several => out.push(format!("These touches do not show the zeros of joints {}.\n", enumerated(several))),
     }
     out
 }

@@ -13,7 +13,7 @@ use super::hypotheses::{Hypothesis, hypotheses};
 use super::library::Untestable;
 use super::shortlist::{Shortlist, credible};
 use super::surfaces::Surface;
-use super::verdict::MOST_NOISE;
+use super::verdict::beyond_noise;
 use super::whiteness::whiteness;
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
@@ -239,11 +239,10 @@ impl<'a> Evidence<'a> {
         ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
     }
 
-    /// True if the remainder is no larger than a noise that somebody stated wrongly: what is far larger may follow nothing that was
-    /// tried, and is a mistake in the data rather than an instrument.
+    /// True if the remainder is no larger than a noise that somebody stated wrongly.
     fn may_be_noise(&self) -> bool {
         let fit = &self.examination.fit;
-        fit.chi2 / fit.dof.max(1) as f64 <= MOST_NOISE * MOST_NOISE
+        beyond_noise(fit.chi2 / fit.dof.max(1) as f64).is_none()
     }
 
     fn noise_is_only_stated(&self) -> bool {

@@ -67,15 +67,15 @@ pub struct Model {
 /// tenth, but an absurd one noticeably (decision 0011).
 pub const BACKGROUND_WIDTH: f64 = 3.0;
 
-/// Width of a sample that is set aside: however far off, it hardly pulls; and of a distance, of which one direction of three is seen,
-/// the others are held.
-const ASIDE_WIDTH: f64 = 30.0;
+/// Width of an excluded sample: however far off, it hardly pulls; and of a distance, of which one direction of three is seen, the
+/// others are held.
+const EXCLUDED_WIDTH: f64 = 30.0;
 
 impl Model {
     /// Prior width (1 sigma) of an effect in plausible sizes; infinite if it has no prior.
     pub fn width_of(&self, effect: &str) -> f64 {
         let ordinary = match set_aside_by(effect) {
-            Some(_) => ASIDE_WIDTH,
+            Some(_) => EXCLUDED_WIDTH,
             None if self.is_unregularised(effect) => f64::INFINITY,
             None => BACKGROUND_WIDTH,
         };
@@ -102,8 +102,8 @@ impl Model {
         self.effects.iter().any(|e| e == effect)
     }
 
-    /// True if a sample is set aside: it has a place of its own, and no longer counts.
-    pub fn sets_aside(&self, sample: &str) -> bool {
+    /// True if a sample is excluded: it has a place of its own, and no longer counts.
+    pub fn excludes(&self, sample: &str) -> bool {
         self.lists(&setting_aside(sample))
     }
 

@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::identify::Prediction;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::identify::problem::Use;
+use crate::math::CHI2_MEDIAN;
 use crate::measure::dataset::{Measured, NamedDataset, Sample, SampleSet};
 use crate::residuals::Validation;
 use crate::units::MM;
@@ -139,8 +140,7 @@ impl ErrorTable {
     /// may be bad.
     #[must_use]
     pub fn noise(&self) -> Option<f64> {
-        let median_of_one_sigma = if self.components == 1 { 0.6745 } else { 1.5382 };
-        self.last().map(|errors| errors.quantiles[2] / median_of_one_sigma)
+        self.last().map(|errors| errors.quantiles[2] / CHI2_MEDIAN[self.components - 1].sqrt())
     }
 
     /// True if the calibration does harm: at held-out poses the last state errs more than the nominal arm, and by more than the few

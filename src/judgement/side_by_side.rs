@@ -169,14 +169,14 @@ impl SideBySide {
         let judged = |(name, one): &(String, Compared)| {
             judged(datasets, one, judged_on).map_err(|error| NotComparable::Failed { name: name.clone(), error })
         };
-        let (calibrations, mut errors): (Vec<Calibration>, Vec<Vec<SampleError>>) =
+        let (calibrations, errors): (Vec<Calibration>, Vec<Errors>) =
             compared.iter().map(judged).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
-        if judged_on == JudgedOn::LeftOut {
-            // A sample that one of them sets aside judges none.
-            let is_aside = |sample: &str| calibrations.iter().any(|c| c.model.sets_aside(sample));
-            errors.iter_mut().for_each(|all| all.retain(|of| !is_aside(&of.sample)));
-        }
-        let lengths: Vec<Vec<f64>> = errors.iter().map(|all| all.iter().map(|of| of.error).collect()).collect();
+        let models: Vec<&Model> = calibrations.iter().map(|c| &c.model).collect();
+        let length = |errors: Errors| match errors {
+            Errors::OfRows(lengths) => lengths,
+            Errors::LeftOut(squares) => left_out_errors(&models, &squares),
+        };
+        let lengths: Vec<Vec<f64>> = errors.into_iter().map(length).collect();
         let [first, ..] = calibrations.as_slice() else { return Err(NotComparable::Empty) };
         let all = calibrations.iter().enumerate().map(|(k, calibration)| {
             Ok(Judged {
@@ -191,11 +191,19 @@ impl SideBySide {
     }
 }
 
-/// The error of a sample.
-struct SampleError {
-    sample: String,
-    /// Length, m.
-    error: f64,
+/// Errors of a calibration at the rows that judge it.
+enum Errors {
+    /// Lengths, m.
+    OfRows(Vec<f64>),
+    /// Name of each fitted sample, and its squared error where it was left out, m².
+    LeftOut(Vec<(String, f64)>),
+}
+
+/// Errors, m, of fitted samples that were left out in turn, from their names and squares (m²). A sample that one of the models
+/// excludes judges none of them.
+pub fn left_out_errors(models: &[&Model], squares: &[(String, f64)]) -> Vec<f64> {
+    let judges = |sample: &str| !models.iter().any(|model| model.excludes(sample));
+    squares.iter().filter(|(sample, _)| judges(sample)).map(|(_, squared)| squared.sqrt()).collect()
 }
 
 /// The rows that judge all of them.
@@ -219,11 +227,7 @@ fn judged_on(datasets: &[NamedDataset<'_>], compared: &[(String, Compared)]) -> 
 }
 
 /// The calibration, and its error at every row.
-fn judged(
-    datasets: &[NamedDataset<'_>],
-    one: &Compared,
-    judged_on: JudgedOn,
-) -> Result<(Calibration, Vec<SampleError>), IdentifyError> {
+fn judged(datasets: &[NamedDataset<'_>], one: &Compared, judged_on: JudgedOn) -> Result<(Calibration, Errors), IdentifyError> {
     let which = match judged_on {
         JudgedOn::HeldOut => Use::Validation,
         JudgedOn::OtherData => Use::All,
@@ -233,18 +237,15 @@ fn judged(
                 Compared::Model(model) => model,
             };
             let scores = FittedModel::new(datasets, model)?.scores;
-            let error = |(sample, squares): &(String, f64)| SampleError { sample: sample.clone(), error: squares.sqrt() };
-            return Ok((scores.calibration.clone(), scores.blocks.iter().map(error).collect()));
+            return Ok((scores.calibration.clone(), Errors::LeftOut(scores.blocks.clone())));
         }
     };
     let calibration = match one {
         Compared::Calibration(calibration) => Calibration::clone(calibration),
         Compared::Model(model) => identify(datasets, model)?,
     };
-    let prediction = calibration.predict(datasets, which)?;
-    let errors = prediction.sample_ids.into_iter().zip(&prediction.residuals);
-    let errors = errors.map(|(sample, r)| SampleError { sample, error: r.norm() }).collect();
-    Ok((calibration, errors))
+    let lengths = calibration.predict(datasets, which)?.residuals.iter().map(Vector3::norm).collect();
+    Ok((calibration, Errors::OfRows(lengths)))
 }
 
 /// How far apart two calibrations place the tool, inside the ranges of the first and over the limits of the joints.

@@ -2,6 +2,9 @@
 
 use nalgebra::Vector3;
 
+/// Median of chi-square with one, two, three degrees of freedom.
+pub(crate) const CHI2_MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
+
 /// Root mean square of the lengths of vectors, in their unit; zero of none.
 ///
 /// ```

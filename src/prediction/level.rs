@@ -57,8 +57,8 @@ impl Level {
         } else {
             0.0
         };
-        let is_aside = |s: &usize| examination.model.sets_aside(&problem.sample_ids()[*s]);
-        let judging: Vec<usize> = (0..contexts.len()).filter(|s| !is_aside(s)).collect();
+        let is_excluded = |s: &usize| examination.model.excludes(&problem.sample_ids()[*s]);
+        let judging: Vec<usize> = (0..contexts.len()).filter(|s| !is_excluded(s)).collect();
         let measured2 = |folds: &[usize]| -> Result<f64, FitError> {
             let missed = cross_validated_positions(examination, folds)?;
             let length = |s: usize| (missed[s] * unit[s] * 3.0 / contexts[s].positions as f64).sqrt();

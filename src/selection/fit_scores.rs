@@ -68,7 +68,7 @@ impl FitScores {
             model: model.clone(),
             fit: examination.fit.rms,
             // A sample that is excluded no longer counts.
-            cross_validated: rms(blocks.iter().filter(|(id, _)| !model.sets_aside(id)).map(|(_, squares)| *squares)),
+            cross_validated: rms(blocks.iter().filter(|(id, _)| !model.excludes(id)).map(|(_, squares)| *squares)),
             posture: postures(&examination.contexts).of_samples().to_vec(),
             sessions: sessions(datasets, model, examination, &blocks, field.is_some()),
             symptoms: Symptom::of(&calibration, datasets),

@@ -28,7 +28,7 @@ use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
 use calibench::units::{MM, UM};
 use calibench_report::documents::{self, to_value};
-use calibench_report::{Recommended, all_called, first_screen, nominal_fit_line, what_to_do_now};
+use calibench_report::{Recommended, all_called, few_of, first_screen, nominal_fit_line, what_to_do_now};
 
 use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
@@ -53,8 +53,6 @@ const HELD_OUT: f64 = 0.2;
 const FEWEST: usize = 10;
 /// A row held out is far off beyond this many times the median error: of a thousand normal errors the largest is 2.6 times.
 const GROSS: f64 = 8.0;
-/// Most rows that are named.
-const MOST_NAMED: usize = 3;
 /// Seed of the choice of what is held out.
 const SEED: u64 = 1;
 
@@ -249,12 +247,10 @@ fn gross_rows(calibration: &Calibration, named: &[NamedDataset<'_>]) -> Result<O
         .take_while(|(error, _)| *error > GROSS * median)
         .map(|(error, id)| format!("{id} ({:.3} mm)", error / MM))
         .collect();
-    let few = gross.len().min(MOST_NAMED);
     Ok((!gross.is_empty()).then(|| {
-        let more = if gross.len() > few { format!(" and {} more", gross.len() - few) } else { String::new() };
         format!(
-            "measure again, or leave out, of the rows held out {}{more}: half of them are within {:.3} mm",
-            gross[..few].join(", "),
+            "measure again, or leave out, of the rows held out {}: half of them are within {:.3} mm",
+            few_of(&gross),
             median / MM
         )
     }))

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::format_tag;
+use crate::effect_names::enumerated;
 use crate::figures::COVERS_95;
 
 format_tag!(RecoveryFormat, "calibench-recovery/1");
@@ -190,7 +191,7 @@ fn moved_words(moved: &Moved) -> String {
     match joints.as_slice() {
         [] => {}
         [one] => all.push(format!("joint {one} lost its zero")),
-        [rest @ .., last] => all.push(format!("joints {} and {last} lost their zeros", rest.join(", "))),
+        several => all.push(format!("joints {} lost their zeros", enumerated(several))),
     }
     if moved.tool {
         all.push("the tool moved on the flange, or was bent".into());

@@ -15,7 +15,7 @@ use crate::side_by_side::paired_sentence;
 use crate::symptom_sentence;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
-use calibench::judgement::side_by_side::{JudgedOn, PairedDifference};
+use calibench::judgement::side_by_side::{JudgedOn, PairedDifference, left_out_errors};
 use calibench::units::MM;
 
 /// The second model of a page.
@@ -80,13 +80,8 @@ impl Rival {
             let lengths = [&a, &b].map(|p| p.residuals.iter().map(|r| r.norm()).collect::<Vec<f64>>());
             (JudgedOn::HeldOut, lengths, !(a.refitted.is_empty() && b.refitted.is_empty()))
         } else {
-            // A sample that one of them sets aside judges neither.
-            let is_aside = |sample: &str| steps.iter().any(|step| step.model.sets_aside(sample));
-            let lengths = steps.map(|step| {
-                let judging = step.blocks.iter().filter(|(sample, _)| !is_aside(sample));
-                judging.map(|(_, squares)| squares.sqrt()).collect()
-            });
-            (JudgedOn::LeftOut, lengths, false)
+            let models = steps.map(|step| &step.model);
+            (JudgedOn::LeftOut, steps.map(|step| left_out_errors(&models, &step.blocks)), false)
         };
         let pair = PairedDifference::of(&errors_a, &errors_b);
         let stride = pair.poses.div_ceil(MOST_POINTS).max(1);

@@ -171,8 +171,8 @@ impl Campaign {
         if let Some(effect) = [EffectId::BASE_FRAME, EffectId::MDH].into_iter().find(|effect| !model.holds(effect)) {
             return Err(FieldError::WithoutColumns { effect });
         }
-        // A sample that is set aside says nothing of the size of anything.
-        let counts = |s: &usize| !model.sets_aside(&problem.sample_ids()[*s]);
+        // An excluded sample says nothing of the size of anything.
+        let counts = |s: &usize| !model.excludes(&problem.sample_ids()[*s]);
         let step = taken.div_ceil(MOST_SAMPLES).max(1);
         let chosen: Vec<usize> = (0..taken).filter(counts).step_by(step).collect();
         let contexts: Vec<SampleContext> = chosen.iter().map(|&s| examination.contexts[s].clone()).collect();

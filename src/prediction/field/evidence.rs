@@ -8,6 +8,7 @@ use super::conditional::{Conditional, Sizes};
 use super::kernels::{Kernels, Room};
 use super::rows::{Groups, Rows};
 use crate::identify::fit::FitError;
+use crate::math::CHI2_MEDIAN;
 use crate::math::linalg::Cholesky;
 
 /// Number of rounds; after 14 no prediction changes by more than a few per cent.
@@ -60,9 +61,6 @@ const FAR: f64 = 36.0;
 /// Rounds by which it is found.
 const ROUNDS_OF_TAIL: usize = 12;
 
-/// Median of chi-square with three degrees of freedom.
-const MEDIAN: f64 = 2.366;
-
 /// Weights of the samples by a fit of the model alone with noise of Student's distribution: 1, but less beyond six sigma.
 ///
 /// # Errors
@@ -88,7 +86,7 @@ pub(super) fn weights(rows: &Rows, y: &DVector<f64>) -> Result<Vec<f64>, FitErro
         let distances: Vec<f64> = rows.samples.iter().map(of_three).collect();
         let mut sorted = distances.clone();
         sorted.sort_by(f64::total_cmp);
-        let unit = (sorted.get(sorted.len() / 2).copied().unwrap_or(1.0) / MEDIAN).max(f64::MIN_POSITIVE);
+        let unit = (sorted.get(sorted.len() / 2).copied().unwrap_or(1.0) / CHI2_MEDIAN[2]).max(f64::MIN_POSITIVE);
         weights.iter_mut().zip(distances).for_each(|(w, d2)| *w = (TAIL + 3.0) / (TAIL + d2 / unit));
     }
     let far = (TAIL + 3.0) / (TAIL + FAR);

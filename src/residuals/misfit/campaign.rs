@@ -197,14 +197,18 @@ impl Campaign {
         }
     }
 
+    /// True if nothing but distances was measured.
+    pub fn has_distances_alone(&self) -> bool {
+        self.shots.iter().all(|shot| matches!(shot.seen, Seen::Distance { .. }))
+    }
+
     /// True if the measured places tell a left-handed frame from a right-handed one: distances from anchors in one plane, as three
     /// are, are those from its other side as well.
     pub fn shows_handedness(&self) -> bool {
         let anchors: Vec<Vector3<f64>> =
             (0..self.anchors.len()).filter(|&a| self.sights(a)).map(|a| self.anchors[a].position).collect();
         let [first, others @ ..] = anchors.as_slice() else { return true };
-        let is_distance = |shot: &Shot| matches!(shot.seen, Seen::Distance { .. });
-        if !self.shots.iter().all(is_distance) {
+        if !self.has_distances_alone() {
             return true;
         }
         let spread = others.iter().map(|a| (a - first) * (a - first).transpose()).sum::<Matrix3<f64>>();

@@ -7,14 +7,13 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::campaign::{Campaign, Seen};
 use super::row_blocks::RowBlocks;
+use crate::math::CHI2_MEDIAN;
 use crate::math::positive_definite::cholesky;
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, Robot, rigid_fit};
 
 /// Degrees of freedom of the t distribution.
 pub(super) const NU: f64 = 4.0;
-/// Median of chi-square with three degrees of freedom.
-const MEDIAN_OF_SQUARES: f64 = 2.366;
 /// A row is excluded if its residual exceeds this many standard deviations per axis.
 const SET_ASIDE: f64 = 10.0;
 /// Smallest standard deviation per axis, m: rounding in files.
@@ -334,7 +333,7 @@ pub(super) fn scale(misses: &[f64]) -> f64 {
     }
     let middle = squares.len() / 2;
     let (_, median, _) = squares.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median / MEDIAN_OF_SQUARES).max(FINEST * FINEST)
+    (*median / CHI2_MEDIAN[2]).max(FINEST * FINEST)
 }
 
 /// Rigid motion between pairs, refitted without the pairs of largest residual.

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use super::campaign::Campaign;
 use super::expected::Designs;
 use super::frames::{FrameFit, Frames, flanges};
+use super::orientations::median;
 use crate::math::positive_definite::cholesky;
-use crate::math::quantile;
 
 /// Number of parts of the postures, each left out once.
 const PARTS: usize = 5;
@@ -36,11 +36,6 @@ pub(super) fn predicted_by_the_arm(campaign: &Campaign, frames: &Frames, residua
         missed.fixed_rows_mut::<3>(3 * k).copy_from(&fit.row(k, frames).residual);
     }
     let part = parts(campaign);
-    let median = |errors: &[f64]| {
-        let mut errors = errors.to_vec();
-        errors.sort_by(f64::total_cmp);
-        quantile(&errors, 0.5)
-    };
     let nominal: Vec<f64> = (0..rows).map(|k| missed.fixed_rows::<3>(3 * k).norm()).collect();
     let tried = SIZES.iter().flat_map(|size| SCATTER.map(|share| (*size, share * residual)));
     let errors = tried.filter_map(|(size, scatter)| left_out(&set_up, &(&arm * size), &missed, &part, scatter));

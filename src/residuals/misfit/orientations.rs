@@ -254,7 +254,7 @@ fn rms(all: &[f64]) -> f64 {
     (all.iter().map(|x| x * x).sum::<f64>() / all.len().max(1) as f64).sqrt()
 }
 
-fn median(all: &[f64]) -> f64 {
+pub(super) fn median(all: &[f64]) -> f64 {
     let mut all = all.to_vec();
     let middle = all.len() / 2;
     if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 }

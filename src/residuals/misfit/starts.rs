@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
-use super::campaign::{Campaign, Place, Seen, Shot};
+use super::campaign::{Campaign, Place};
 use super::frames::{Fitted, FrameFit, flanges};
 
 /// Fits the frames of a campaign. Free tools start at their stated position and at the flange; the better result is
@@ -28,18 +28,13 @@ pub(super) fn fit(campaign: &Campaign) -> Fitted {
 /// bases start in all orientations of a cube.
 pub(super) fn fit_anywhere(campaign: &Campaign) -> Fitted {
     let first = fit(campaign);
-    if !has_distances_alone(campaign) {
+    if !campaign.has_distances_alone() || campaign.places.iter().all(|p| !p.base_free) {
         return first;
     }
     let flanges = flanges(&campaign.robot, campaign);
     let (fit, tools) = (FrameFit::new(campaign, &flanges), first.frames.tools.clone());
     let others: Vec<Fitted> = of_a_cube().into_par_iter().map(|turn| fit.from(tools.clone(), turn)).collect();
     others.into_iter().fold(first, |best, other| if other.plain < best.plain { other } else { best })
-}
-
-fn has_distances_alone(campaign: &Campaign) -> bool {
-    let is_distance = |shot: &Shot| matches!(shot.seen, Seen::Distance { .. });
-    campaign.shots.iter().all(is_distance) && campaign.places.iter().any(|p| p.base_free)
 }
 
 /// The rotations that bring a cube to itself.

@@ -14,6 +14,7 @@ use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::{Fit, fit};
 use crate::identify::problem::{Problem, Use};
+use crate::math::CHI2_MEDIAN;
 use crate::math::linalg::{self, LinalgError};
 use crate::math::positive_definite;
 use crate::measure::dataset::{NamedDataset, Sample};
@@ -202,9 +203,6 @@ fn named(datasets: &[NamedDataset<'_>], rows: &[Row], mut found: Vec<(usize, f64
     found.into_iter().map(suspect).collect()
 }
 
-/// Median of chi-square with one, two, three degrees of freedom.
-const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
-
 /// The whitened problem, linearised at its fit and transposed: one row per parameter, then the residuals.
 struct Near {
     rows: DMatrix<f64>,
@@ -337,7 +335,7 @@ impl Near {
         for _ in 0..ROUNDS {
             let Ok(fitted) = self.fitted(&weights) else { return Vec::new() };
             let squares: Vec<f64> = units.iter().map(|u| Near::squares(u, &fitted, &weights)).collect();
-            let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
+            let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / CHI2_MEDIAN[u.numbers() - 1]).collect();
             sorted.sort_by(f64::total_cmp);
             let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
             // Stated noise is a lower limit.

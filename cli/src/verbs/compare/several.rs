@@ -19,7 +19,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err("no dataset is given: the calibrations are compared on measurements; name a dataset folder as well".into());
     }
     if arguments.all || arguments.validation || arguments.plots.is_some() || arguments.set_up_anew {
-        return Err("--validation, --all, --plots and --set-up-anew are for one calibration: several are judged on rows held out, or, without any, on each row left out of a fit in turn".into());
+        return Err("--validation, --all, --plots and --set-up-anew are for one calibration: several are judged on held-out rows, or, without any, on each row left out of a fit in turn".into());
     }
     let folders: Vec<PathBuf> = folders.into_iter().cloned().collect();
     let datasets = read_datasets(&folders)?;
