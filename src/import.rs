@@ -3,7 +3,6 @@
 //! Every format is a column map from the columns of a table to those of a dataset; the built-in ones are embedded maps, and
 //! `generic` reads one from a file (see `docs/importing.md`).
 
-mod balance;
 mod column_map;
 mod error;
 mod generic;
@@ -25,13 +24,13 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use self::balance::balance;
-use self::initial_setup::take_set_up;
+use self::initial_setup::{balance, take_set_up};
 use crate::measure::dataset::{Dataset, NamedDataset, Sample, SampleSet};
 use crate::measure::poses::Postures;
 
 pub use error::ImportError;
 pub use guess::{Guess, guess};
+pub use initial_setup::state_noise;
 pub use options::{FORMATS, Holdout, HoldoutChoice, ImportOptions};
 pub use report::{ImportReport, Skipped};
 

@@ -40,7 +40,7 @@ use self::order::inherited;
 pub use self::parameter::{Parameter, Prior, Setup, Use};
 use self::prior_row::PriorRow;
 use self::sample_row::SampleRow;
-pub(super) use self::sample_row::UNSTATED_SIGMA;
+pub(crate) use self::sample_row::UNSTATED_SIGMA;
 pub use self::samples_view::PosedSample;
 use super::TorquePosture;
 use crate::measure::dataset::Sample;

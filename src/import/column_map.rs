@@ -291,7 +291,7 @@ impl Origin<'_> {
                     self.measure(&key, Column::Rotation(k.min(2)), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0))
                 }
                 (false, None) => Measure::Si(1.0),
-                (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "a quaternion has no unit", "remove it")),
+                (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "its numbers have no unit", "remove it")),
             };
             Ok((source, measure))
         };

@@ -3,6 +3,7 @@
 
 mod balls;
 mod further;
+mod orientation;
 mod proposal;
 
 use std::path::{Path, PathBuf};
@@ -60,7 +61,7 @@ impl Guess {
     }
 }
 
-/// Proposes a column map for a table of joint angles and measured positions of a robot, which the map names by `reference`.
+/// Proposes a column map for a table of joint angles and measured positions or poses of a robot, which the map names by `reference`.
 ///
 /// # Errors
 /// If the file cannot be read, or holds no such columns.
@@ -89,20 +90,23 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     let mut best: Option<Tried<'_>> = None;
     let mut computed_triple = None;
     let mut refused = None;
+    let fits = |found: &Tried<'_>| found.residual < FITS.max(FITS_OF_SPREAD * found.residual / found.share);
     let are_targets = triples.iter().all(|triple| table.is_target(triple[0]));
+    let start = Proposal {
+        table: &table,
+        robot,
+        reference,
+        joints: &joints,
+        joint_unit: "deg",
+        points: triples[0],
+        point_unit: "mm",
+        minus: None,
+        commanded: None,
+        targets: Vec::new(),
+        rotation: None,
+    };
     for triple in triples {
-        let plain = Proposal {
-            table: &table,
-            robot,
-            reference,
-            joints: &joints,
-            joint_unit: "deg",
-            points: triple,
-            point_unit: "mm",
-            minus: None,
-            commanded: None,
-            targets: Vec::new(),
-        };
+        let plain = Proposal { points: triple, ..start.clone() };
         let is_target = table.is_target(triple[0]);
         let mut found = if is_target { None } else { plain.best(path) };
         if found.is_none() && !is_target && refused.is_none() {
@@ -122,11 +126,19 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             let tried = differences.filter_map(|minus| Proposal { minus: Some(minus), ..plain.clone() }.best(path));
             found = tried.min_by(|a, b| a.share.total_cmp(&b.share));
         }
-        let fits = found.as_ref().is_some_and(|found| found.residual < FITS.max(FITS_OF_SPREAD * found.residual / found.share));
+        let settled = found.as_ref().is_some_and(fits);
         best = [best, found].into_iter().flatten().min_by(|a, b| a.share.total_cmp(&b.share));
         // What is called a position and fits is one: commanded positions fit better still.
-        if fits {
+        if settled {
             break;
+        }
+    }
+    if !best.as_ref().is_some_and(fits) {
+        let of = |points: [usize; 3]| orientation::seen_from_the_tool(&Proposal { points, ..start.clone() }, path);
+        let seen = all.iter().filter_map(|points| of(*points)).filter(|(tried, _)| fits(tried));
+        if let Some((tried, said)) = seen.min_by(|(a, _), (b, _)| a.share.total_cmp(&b.share)) {
+            reasons.push(said);
+            best = Some(tried);
         }
     }
     let Some(Tried { residual, mut proposal, mut dataset, .. }) = best else {
@@ -155,16 +167,16 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         reasons.extend(further::add_targets(&mut proposal, &all, &dataset, residual, path));
         dataset = proposal.read(path)?;
     }
+    let turned = orientation::columns(&proposal);
+    if proposal.rotation.is_none() {
+        reasons.extend(orientation::add(&mut proposal, path));
+        dataset = proposal.read(path)?;
+    }
     let is_target = |triple: &[usize; 3]| proposal.targets.iter().any(|(_, columns)| columns == triple);
     let is_used = |triple: &[usize; 3]| {
         *triple == proposal.points || is_target(triple) || [proposal.minus, proposal.commanded].contains(&Some(*triple))
     };
-    let orientation = table.orientation();
-    if !orientation.is_empty() {
-        let named = table.titles(&orientation);
-        reasons.push(format!("an orientation, which {named} seem to be, is not used: a map by hand takes it as [rotation]"));
-    }
-    let other = all.iter().filter(|triple| !is_used(triple) && !triple.iter().any(|k| orientation.contains(k)));
+    let other = all.iter().filter(|triple| !is_used(triple) && !triple.iter().any(|k| turned.contains(k)));
     for triple in other.filter(|triple| !triple.iter().any(|k| proposal.points.contains(k))) {
         let named = table.titles(triple);
         reasons.push(format!(

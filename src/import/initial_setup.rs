@@ -1,13 +1,16 @@
-//! Initial location of the robot: a base and a tool in closed form, good enough as a start of the identification.
+//! What an identification starts from: a base and a tool in closed form, and the weight of orientations beside positions where
+//! their noise is not stated.
 
 use std::path::Path;
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::ImportError;
+use super::{ImportError, ImportReport};
+use crate::identify::problem::UNSTATED_SIGMA;
+use crate::identify::{Model, identify};
 use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::file::read_dataset;
-use crate::measure::dataset::{Dataset, Measured, Sample, SampleSet};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, rigid_fit};
 use crate::units::DEG;
@@ -163,6 +166,46 @@ fn place_targets(dataset: &mut Dataset, known: &[(Option<usize>, Pose, Vector3<f
             tool_target.position = sum / count;
         }
     }
+}
+
+/// If the noise of the positions is not stated, states that of the orientations in the ratio of the residuals of both after a
+/// calibration of the geometry. In another ratio, the residuals of one would seem to show effects in addition to those of the
+/// other.
+pub(super) fn balance(dataset: &mut Dataset, report: &mut ImportReport) {
+    let unstated = dataset.noise.point.is_none() && dataset.samples.iter().all(|s| s.sigma.is_none());
+    let (true, Some(stated)) = (unstated, dataset.noise.orientation) else { return };
+    let Ok(calibration) = identify(&[NamedDataset::new("", dataset)], &Model::geometry()) else { return };
+    let Some(balanced) = calibration.balanced_orientation().filter(|b| b.is_finite() && *b > 0.0) else { return };
+    // Two digits: it is a weight.
+    let unit = 10f64.powf((balanced / DEG).log10().floor() - 1.0);
+    let rounded = (balanced / DEG / unit).round() * unit;
+    let rounded = format!("{rounded:.6}").parse().unwrap_or(rounded);
+    dataset.noise.orientation = Some(rounded * DEG);
+    if ((rounded * DEG) / stated - 1.0).abs() > 0.01 {
+        report.notes.push(format!(
+            "the noise of the positions is not stated, so that of the orientations is a weight: {rounded} deg to 0.1 mm, in which ratio they err, not {} deg",
+            (stated / DEG * 1e6).round() / 1e6
+        ));
+    }
+}
+
+/// States the one-sigma noise of the positions of a dataset, m. Where it was not stated, that of the orientations is a weight
+/// beside positions of an assumed one, and keeps its ratio.
+///
+/// ```
+/// use calibench::import::state_noise;
+/// use calibench::measure::dataset::Dataset;
+///
+/// let mut dataset = Dataset::default();
+/// dataset.noise.orientation = Some(1e-3);
+/// state_noise(&mut dataset, 20e-6);
+/// assert!((dataset.noise.orientation.unwrap() - 0.2e-3).abs() < 1e-12);
+/// ```
+pub fn state_noise(dataset: &mut Dataset, sigma: f64) {
+    if dataset.noise.point.is_none() {
+        dataset.noise.orientation = dataset.noise.orientation.map(|weight| weight * sigma / UNSTATED_SIGMA);
+    }
+    dataset.noise.point = Some(sigma);
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use sha2::{Digest, Sha256};
 
 use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Measure, Source};
+use super::rotation::RotationForm;
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
@@ -227,7 +228,12 @@ impl RowReader<'_> {
             text.parse::<f64>().map(|v| v * DEG).map_err(|_| "the orientation is empty".to_owned())
         };
         let numbers: Vec<f64> = rotation.numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
-        rotation.form.rotation_vector(&numbers).ok_or_else(|| "the quaternion is not of unit length".to_owned())
+        rotation.form.rotation_vector(&numbers).ok_or_else(|| match rotation.form {
+            RotationForm::Matrix => {
+                "the matrix is no rotation: its rows are not of unit length, at right angles or right-handed".to_owned()
+            }
+            _ => "the quaternion is not of unit length".to_owned(),
+        })
     }
 
     /// Replaces the position of the world in the tool by that of the tool in the world.

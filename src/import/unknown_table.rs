@@ -9,12 +9,8 @@ use crate::robot::{JointKind, Robot};
 /// Number of rows that are examined.
 const ROWS: usize = 2_000;
 
-/// Names of the parts of an orientation.
-const ORIENTATIONS: [&[&str]; 4] =
-    [&["qw", "qx", "qy", "qz"], &["quatw", "quatx", "quaty", "quatz"], &["roll", "pitch", "yaw"], &["rx", "ry", "rz"]];
-
 /// Words for positions that were commanded.
-const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
+pub(super) const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
 
 /// Number of triples of columns that are tried as positions.
 const MOST_TRIPLES: usize = 8;
@@ -244,13 +240,6 @@ impl Table {
 
     pub fn titles(&self, columns: &[usize]) -> String {
         columns.iter().map(|&k| self.title(k)).collect::<Vec<_>>().join(", ")
-    }
-
-    /// Columns that are called as the parts of a quaternion or of three rotations; none if it is another number of them.
-    pub fn orientation(&self) -> Vec<usize> {
-        let part = |title: &str| title.to_lowercase().split(['_', ' ', '[', '(']).next().unwrap_or_default().to_owned();
-        let called = |name: &str| (0..self.columns.len()).find(|&k| part(&self.columns[k].title) == name);
-        ORIENTATIONS.iter().find_map(|names| names.iter().map(|name| called(name)).collect()).unwrap_or_default()
     }
 
     /// True if a column is called a target: it was not measured.

@@ -14,7 +14,7 @@ use calibench::identify::calibration::{Calibration, IdentifyError, write_calibra
 use calibench::identify::fit::FitError;
 use calibench::identify::model_file::write_model;
 use calibench::identify::problem::Use;
-use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess};
+use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess, state_noise};
 use calibench::judgement::Judgement;
 use calibench::measure::campaign::journal::refuse_measured;
 use calibench::measure::dataset::Dataset;
@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let waiting = Waiting::new("reading");
     let Source { mut dataset, map, said } = read(arguments)?;
     if let Some(noise) = arguments.noise {
-        dataset.noise.point = Some(noise);
+        state_noise(&mut dataset, noise);
     }
     if !dataset.samples.iter().any(|s| s.set == SampleSet::Validation) {
         Holdout { fraction: HELD_OUT, seed: SEED, choice: HoldoutChoice::Blocks }.apply(&mut dataset);
@@ -223,7 +223,8 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
     let rows = format!("Read: {} rows", dataset.samples.len());
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
-    let understood = [Some(rows), said("joints: "), said("positions: "), said("an orientation"), said("left out")];
+    let understood =
+        [Some(rows), said("joints: "), said("positions: "), said("orientations: "), said("an orientation"), said("left out")];
     let understood: Vec<String> = understood.into_iter().flatten().collect();
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);

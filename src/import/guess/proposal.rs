@@ -5,6 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::orientation::Turned;
 use crate::import::column_map::ColumnMap;
 use crate::import::generic::by_map;
 use crate::import::unknown_table::{Table, TableColumn};
@@ -12,7 +13,7 @@ use crate::import::{ImportError, ImportOptions};
 use crate::measure::dataset::{Dataset, Measured};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, JointKind, Robot};
-use crate::units::MM;
+use crate::units::{DEG, MM};
 
 /// Number of unused columns that are named.
 const MOST_NAMED: usize = 12;
@@ -36,6 +37,8 @@ pub(super) struct Proposal<'a> {
     pub commanded: Option<[usize; 3]>,
     /// Positions of further points of the tool, with their names.
     pub targets: Vec<(String, [usize; 3])>,
+    /// Orientation beside the position.
+    pub rotation: Option<Turned>,
 }
 
 /// A proposal and its fit.
@@ -64,6 +67,9 @@ impl<'a> Proposal<'a> {
 
     pub fn map(&self) -> String {
         let mut map = self.table.layout();
+        if self.rotation.is_some() {
+            map.push_str("kind = \"pose\"\n");
+        }
         map.push_str("\n[columns]\n");
         for (i, &k) in self.joints.iter().enumerate() {
             _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.unit_of_joint(i, k));
@@ -91,11 +97,13 @@ impl<'a> Proposal<'a> {
                 _ = writeln!(map, "{axis} = {{ column = {}, unit = \"{}\" }}", self.table.named(k), self.point_unit);
             }
         }
+        map.extend(self.rotation.iter().map(|turned| turned.map(self.table)));
         _ = write!(
             map,
             "\n[dataset]\nrobot = \"{}\"\n\n# The target measured, in the frame of the flange: fitted, from 0, 0, 0.\n[dataset.tool]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\nfree = true\n",
             self.reference
         );
+        map.extend(self.rotation.iter().map(|_| Turned::noise()));
         map
     }
 
@@ -117,6 +125,7 @@ impl<'a> Proposal<'a> {
             .chain(&self.points)
             .chain([self.minus, self.commanded].iter().flatten().flatten())
             .chain(self.targets.iter().flat_map(|(_, columns)| columns))
+            .chain(self.rotation.iter().flat_map(|turned| &turned.columns))
             .copied()
             .chain(of_map)
             .collect();
@@ -197,7 +206,10 @@ pub(super) fn shown(dataset: &Dataset) -> Vec<String> {
         };
         let q: Vec<String> = s.q.iter().zip(dataset.robot.kinds()).map(joint).collect();
         let Measured::Point(p) = s.measured else { return String::new() };
-        format!("{}: joints {} deg; position {:.3}, {:.3}, {:.3} mm", s.id, q.join(", "), p.x / MM, p.y / MM, p.z / MM)
+        let turned = s.orientation.map(|o| o.rotation / DEG);
+        let turned = turned.map(|r| format!("; turned by the rotation vector {:.3}, {:.3}, {:.3} deg", r.x, r.y, r.z));
+        let at = format!("position {:.3}, {:.3}, {:.3} mm", p.x / MM, p.y / MM, p.z / MM);
+        format!("{}: joints {} deg; {at}{}", s.id, q.join(", "), turned.unwrap_or_default())
     };
     dataset.samples.iter().take(SHOWN).map(row).collect()
 }
