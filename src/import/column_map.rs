@@ -156,6 +156,7 @@ impl ColumnMap {
         origin.check_rows(&map)?;
         map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
         map.declare_targets(&mut dataset);
+        dataset.noise.seen_from_tool |= map.rotation.as_ref().is_some_and(|rotation| rotation.inverse);
         Ok((map, dataset))
     }
 

@@ -85,6 +85,9 @@ pub struct Noise {
     pub orientation: Option<f64>,
     /// One-sigma of the joint angle errors not seen by the encoders, rad (N, or empty).
     pub joint: Vec<f64>,
+    /// True if the tool saw the world in samples of poses, as a camera on the hand does: the noise is then that of the world's
+    /// origin in the axes of the tool, and an error of the orientation moves where the tool seems to be.
+    pub seen_from_tool: bool,
 }
 
 /// The measurement of one sample.

@@ -8,8 +8,12 @@ use crate::effects::situation::ArtifactShape;
 use crate::identify::Model;
 use crate::measure::dataset::{Dataset, Noise, Sample};
 use crate::robot::FramePose;
+use crate::robot::kinematics::PostureView;
 use crate::robot::sites::Site;
-use crate::robot::statics::Payload;
+use crate::robot::statics::{Loads, Payload};
+
+/// A joint with a smaller gravity load than this, N·m, is treated as unloaded.
+const UNLOADED: f64 = 1e-6;
 
 /// An effect with the parameters assigned to it.
 pub(super) struct Placed {
@@ -40,9 +44,9 @@ pub(super) struct Cell {
     pub takes_orientations: bool,
 }
 
-/// True if the orientations of a dataset count under a model.
+/// True if the orientations of a dataset count under a model; without them, positions that the tool saw are known badly.
 pub(super) fn takes_orientations(dataset: &Dataset, model: &Model) -> bool {
-    !model.only_weighed_orientations || dataset.weighs_orientations()
+    !model.only_weighed_orientations || dataset.noise.seen_from_tool || dataset.weighs_orientations()
 }
 
 impl Cell {
@@ -80,4 +84,22 @@ impl Cell {
         let text = own.and_then(|e| (0..e.parameters().len()).find_map(|p| e.expression(p, site)));
         text.map(|text| format!(": `{text}` at {site}")).unwrap_or_default()
     }
+}
+
+/// Adds a force on the TCP (world, N) to the loads of gravity, except on joints that gravity leaves unloaded: the springs'
+/// force is known from a data sheet only, and a compliance determined by nothing else would be a calibration of the
+/// springs.
+pub(super) fn push(loads: &mut Loads, posture: &dyn PostureView, force: &Vector3<f64>) {
+    let tcp = posture.tcp();
+    for i in 0..loads.tau.len() {
+        let (axis, origin) = posture.joint_axis(i);
+        let moment = (tcp - origin).cross(force);
+        loads.moment[i + 1] += moment;
+        if loads.tau[i].abs() > UNLOADED {
+            loads.tau[i] += axis.dot(&moment);
+        }
+        loads.force[i + 1] += force;
+    }
+    loads.moment[0] += (tcp - posture.frame(0).o).cross(force);
+    loads.force[0] += force;
 }

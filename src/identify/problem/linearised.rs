@@ -121,7 +121,8 @@ impl Problem {
     /// Residual of one sample, m, with the arm as posed; with the line of sight for a distance.
     pub(super) fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
         let at = SiteIndex::new(self.robot.joints()).target();
-        row.residual(&work.posture.tcp(), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
+        let seen = self.seen_orientation(row, work).map_or(Vector3::zeros(), |seen| seen.moved());
+        row.residual(&(work.posture.tcp() + seen), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
     }
 
     /// Orientation of one sample, with the arm as posed; `None` if it was not measured.
@@ -151,7 +152,10 @@ impl Problem {
         let mut residuals = Vec::with_capacity(self.rows.len());
         for (chunk, rows) in self.rows.chunks(BATCH).enumerate() {
             batch.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, chunk * BATCH)));
-            let residual = |(lane, row): (usize, &SampleRow)| row.residual(&batch.tcp(lane), &batch.target_moved(lane)).0;
+            let residual = |(lane, row): (usize, &SampleRow)| {
+                let seen = batch.seen_orientation(lane, row, &self.setups[row.setup]).map_or(Vector3::zeros(), |s| s.moved());
+                row.residual(&(batch.tcp(lane) + seen), &batch.target_moved(lane)).0
+            };
             residuals.extend(rows.iter().enumerate().map(residual));
         }
         residuals
@@ -274,11 +278,15 @@ impl Problem {
                 }
                 (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                 if let Some(seen) = batch.seen_orientation(lane, row, &self.setups[row.setup]) {
+                    let residual = residual - seen.moved();
+                    (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                     turns.clear();
                     turns.resize(width, Vector3::zeros());
                     for &[term, k, _] in &destinations.all {
                         let site = pattern[term].site;
                         turns[k] += seen.column(site, &batch.turning(lane, site)) * terms.weights[term];
+                        let shift = seen.shift(site) * terms.weights[term];
+                        (x[k], y[k], z[k]) = (x[k] + shift.x, y[k] + shift.y, z[k] + shift.z);
                     }
                     for Product { row, site, weight, .. } in products.iter() {
                         turns[*row] += seen.column(*site, &batch.turning(lane, *site)) * *weight;
@@ -338,7 +346,8 @@ impl Problem {
             let sight = self.residual(row, &work).1;
             let seen = self.seen_orientation(row, &work);
             let mut add = |k: usize, site: Site, weight: f64| {
-                let column = work.posture.column(site) * weight;
+                let shift = seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site));
+                let column = (work.posture.column(site) + shift) * weight;
                 match sight {
                     None => {
                         let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);

@@ -22,6 +22,9 @@ pub(super) struct OrientationPart {
     sigma: f64,
     /// Nominal rotation from the tool's axes to those of the last frame.
     tool: Rotation3<f64>,
+    /// The world's origin as the tool saw it, axes of the probe, m, if it was the tool that saw the world. The position of the
+    /// sample is then that of this point of the tool, which is at the world's origin.
+    origin: Option<Vector3<f64>>,
     /// The last three rows of W (6 x 6), for the whole pose with `W^T W = Sigma^-1`; W is lower triangular.
     whitener: SMatrix<f64, 3, 6>,
 }
@@ -34,9 +37,26 @@ pub(super) struct SeenOrientation {
     onto: Matrix3<f64>,
     /// World axes about which the components of the probe's rotation vector turn it.
     turns: Matrix3<f64>,
+    /// From the TCP to the origin as seen, world axes, m, and how far it is from where the start of the fit has it.
+    arm: Vector3<f64>,
+    moved: Vector3<f64>,
 }
 
 impl SeenOrientation {
+    /// Displacement, world, m, of the measured point by turning the probe as identified from where the fit began.
+    pub fn moved(&self) -> Vector3<f64> {
+        self.moved
+    }
+
+    /// Displacement of the measured point by one SI unit of a site that turns the probe alone.
+    #[inline]
+    pub fn shift(&self, site: Site) -> Vector3<f64> {
+        match site {
+            Site::Probe(k) => self.turns.column(k.into()).cross(&self.arm),
+            _ => Vector3::zeros(),
+        }
+    }
+
     /// Derivative of the residual, with opposite sign, by one SI unit of a site that turns the flange about `axis`.
     #[inline]
     pub fn column(&self, site: Site, axis: &Vector3<f64>) -> Vector3<f64> {
@@ -48,17 +68,31 @@ impl SeenOrientation {
 }
 
 impl OrientationPart {
-    /// The orientation of a sample, if it was measured, for a tool with these axes in the last frame; `sigma` as stated.
-    pub fn of(orientation: Orientation, sigma: f64, tool: Rotation3<f64>) -> Self {
-        OrientationPart { measured: orientation.world_from_tool(), sigma, tool, whitener: SMatrix::zeros() }
+    /// The orientation of a sample, if it was measured, for a tool with these axes in the last frame; `sigma` as stated. `at` is
+    /// where the tool was measured, if it was the tool that saw the world.
+    pub fn of(orientation: Orientation, sigma: f64, tool: Rotation3<f64>, at: Option<&Vector3<f64>>) -> Self {
+        let measured = orientation.world_from_tool();
+        let origin = at.map(|at| -(measured.inverse() * at));
+        OrientationPart { measured, sigma, tool, origin, whitener: SMatrix::zeros() }
     }
 
-    /// Compares it with the arm as posed; `w` is the probe's rotation vector.
-    pub fn seen(&self, flange: &Frame, w: &Vector3<f64>) -> SeenOrientation {
+    /// From the TCP to the world's origin as the tool saw it, axes of the last frame, m; `w` is the probe's rotation vector.
+    /// `None` if the tool was seen.
+    #[inline]
+    pub fn to_origin(&self, w: &Vector3<f64>) -> Option<Vector3<f64>> {
+        self.origin.map(|origin| self.tool * (Rotation3::new(*w) * origin))
+    }
+
+    /// Compares it with the arm as posed; the probe's rotation vector is `start`, and `turned` more.
+    pub fn seen(&self, flange: &Frame, start: &Vector3<f64>, turned: &Vector3<f64>) -> SeenOrientation {
         let flange = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[flange.x, flange.y, flange.z]));
-        let predicted = flange * self.tool * Rotation3::new(*w);
+        let w = start + turned;
+        let predicted = flange * self.tool * Rotation3::new(w);
         let residual = rotation_vector(&(self.measured * predicted.inverse()));
-        SeenOrientation { residual, onto: inverse_right_jacobian(&residual), turns: predicted.matrix() * right_jacobian(w) }
+        let arm = self.origin.map_or(Vector3::zeros(), |origin| predicted * origin);
+        let moved = self.to_origin(start).map_or(Vector3::zeros(), |from| arm - flange * from);
+        let turns = predicted.matrix() * right_jacobian(&w);
+        SeenOrientation { residual, onto: inverse_right_jacobian(&residual), turns, arm, moved }
     }
 
     /// States the noise of the whole pose: that of the instrument, and that of the joints, whose columns are `joints`.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::Setup;
-use super::cell::Cell;
+use super::cell::{Cell, push};
 use super::jacobian_pattern::{JacobianPattern, TermCollector};
 use super::orientation::{OrientationPart, SeenOrientation, stated};
 use crate::effects::situation::{Kind, Situation};
@@ -19,9 +19,6 @@ use crate::units::MM;
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
 /// fit.
 pub const UNSTATED_SIGMA: f64 = 0.1 * MM;
-
-/// A joint with a smaller gravity load than this, N·m, is treated as unloaded.
-const UNLOADED: f64 = 1e-6;
 
 /// The inputs needed to compute the loads of one sample's arm besides the sample: the arm as posed, and the gravity loads.
 pub(super) struct EvaluationContext<'a> {
@@ -168,7 +165,11 @@ impl SampleRow {
             Measured::Point(_) | Measured::Distance { .. } => cell.noise.point,
         });
         let orientation = stated(sample, cell.noise.orientation).filter(|_| cell.takes_orientations && !cell.is_aside(sample));
-        self.orientation = orientation.map(|(o, sigma)| Box::new(OrientationPart::of(o, sigma, cell.tool_turn)));
+        let at = tool_seeing(cell, sample).filter(|_| orientation.is_some());
+        self.orientation = orientation.map(|(o, sigma)| Box::new(OrientationPart::of(o, sigma, cell.tool_turn, at)));
+        if at.is_some() {
+            self.target = Target::Position(Vector3::zeros());
+        }
         self.payload = sample.payload.min(cell.payloads.len() - 1);
         self.tau.clone_from(&sample.tau);
         self.tau = self.tau.take().filter(|_| cell.measured_torques);
@@ -184,10 +185,17 @@ impl SampleRow {
         self.tool.xyz.iter_mut().zip(shift).for_each(|(x, s)| *x += s);
     }
 
+    /// The measured point of the tool at the start of a fit, in the last frame, m.
+    #[inline]
+    fn point(&self, setup: &Setup) -> FramePose {
+        let to_origin = self.orientation.as_ref().and_then(|o| o.to_origin(&setup.probe));
+        to_origin.map_or(self.tool, |shift| FramePose { xyz: (Vector3::from(self.tool.xyz) + shift).into(), ..self.tool })
+    }
+
     /// Poses the arm at this sample, with its sites deviating by `deviations`.
     #[inline]
     pub fn pose(&self, robot: &Robot, setup: &Setup, posture: &mut Posture, deviations: &[f64]) {
-        posture.set(robot, &setup.start, &self.tool, &self.q, deviations);
+        posture.set(robot, &setup.start, &self.point(setup), &self.q, deviations);
     }
 
     /// Writes joints (rad), base and TCP of this sample into one lane of a batch.
@@ -201,7 +209,7 @@ impl SampleRow {
         q: &mut [[f64; L]],
     ) {
         base.iter_mut().zip(setup.start.to_array()).for_each(|(base, x)| base[lane] = x);
-        tool.iter_mut().zip(self.tool.xyz).for_each(|(tool, x)| tool[lane] = x);
+        tool.iter_mut().zip(self.point(setup).xyz).for_each(|(tool, x)| tool[lane] = x);
         q.iter_mut().zip(&self.q).for_each(|(q, angle)| q[lane] = *angle);
     }
 
@@ -223,7 +231,7 @@ impl SampleRow {
     /// probe's rotation vector.
     #[inline]
     pub fn seen_orientation(&self, setup: &Setup, flange: &Frame, turned: &Vector3<f64>) -> Option<SeenOrientation> {
-        self.orientation.as_ref().map(|o| o.seen(flange, &(setup.probe + turned)))
+        self.orientation.as_ref().map(|o| o.seen(flange, &setup.probe, turned))
     }
 
     /// Length, m, that weights an angle of its orientation as much as a displacement.
@@ -372,6 +380,14 @@ impl SampleRow {
     }
 }
 
+/// Where the tool was measured, if it was the tool that saw the world.
+fn tool_seeing<'a>(cell: &Cell, sample: &'a Sample) -> Option<&'a Vector3<f64>> {
+    match &sample.measured {
+        Measured::Point(at) if cell.noise.seen_from_tool && sample.tool_target.is_none() => Some(at),
+        _ => None,
+    }
+}
+
 /// Index of the ball or anchor of a measurement.
 fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
     match measured {
@@ -379,22 +395,4 @@ fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
         Measured::Point(_) => (None, None),
         Measured::Distance { anchor, .. } => (None, Some(*anchor)),
     }
-}
-
-/// Adds a force on the TCP (world, N) to the loads of gravity, except on joints that gravity leaves unloaded: the springs'
-/// force is known from a data sheet only, and a compliance determined by nothing else would be a calibration of the
-/// springs.
-fn push(loads: &mut Loads, posture: &dyn PostureView, force: &Vector3<f64>) {
-    let tcp = posture.tcp();
-    for i in 0..loads.tau.len() {
-        let (axis, origin) = posture.joint_axis(i);
-        let moment = (tcp - origin).cross(force);
-        loads.moment[i + 1] += moment;
-        if loads.tau[i].abs() > UNLOADED {
-            loads.tau[i] += axis.dot(&moment);
-        }
-        loads.force[i + 1] += force;
-    }
-    loads.moment[0] += (tcp - posture.frame(0).o).cross(force);
-    loads.force[0] += force;
 }

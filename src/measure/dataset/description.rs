@@ -231,6 +231,10 @@ pub(super) struct NoiseToml {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = 0.0))))]
     pub joint_um: Vec<f64>,
+    /// True if the tool saw the world in samples of kind `pose`, as a camera on the hand sees a board: `point_um` and
+    /// `orientation_deg` are then of the world's frame in the axes of the tool.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub seen_from_tool: bool,
 }
 
 /// The noise of the joints of one kind, 0 for others; empty if it is not known of any.
@@ -309,6 +313,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
             orientation_deg: dataset.noise.orientation.map(|v| readable(v, DEG)),
             joint_arcsec: joint_noise(dataset, JointKind::Revolute, ARCSEC),
             joint_um: joint_noise(dataset, JointKind::Prismatic, UM),
+            seen_from_tool: dataset.noise.seen_from_tool,
         },
         provenance: dataset.provenance.clone(),
     }

@@ -342,6 +342,7 @@ impl Reading<'_> {
             point: given("noise.point_um", table.point_um, UM)?,
             orientation: given("noise.orientation_deg", table.orientation_deg, DEG)?,
             joint,
+            seen_from_tool: table.seen_from_tool,
         })
     }
 

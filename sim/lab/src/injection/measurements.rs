@@ -167,7 +167,7 @@ fn joints_for(posture: &Posture, joints: usize, shift: &Vector3<f64>) -> Vec<f64
 
 /// States noise that is `factor` times the noise stated.
 fn state(dataset: &mut Dataset, factor: f64) {
-    let Noise { ball, point, orientation, joint } = &mut dataset.noise;
+    let Noise { ball, point, orientation, joint, .. } = &mut dataset.noise;
     [ball, point, orientation].into_iter().flatten().chain(joint).for_each(|sigma| *sigma *= factor);
     for sample in &mut dataset.samples {
         sample.sigma.iter_mut().for_each(|sigma| *sigma *= factor);
