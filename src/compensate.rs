@@ -26,6 +26,7 @@ mod uncertainty;
 pub mod urdf;
 
 pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target};
+pub(crate) use nominal_inverse::NominalInverse;
 pub use refusal::{Refusal, Warnings};
 pub use task::{Task, TaskError, WorkFrame};
 pub use uncertainty::Uncertainty;

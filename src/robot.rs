@@ -22,6 +22,7 @@ pub mod urdf;
 
 pub use arm::Robot;
 pub use builtin::{BUILT_IN, built_in};
+pub(crate) use frame::angle_between;
 pub use frame::{Frame, Vectors, rotation_vector};
 pub(crate) use link::NEARLY_PARALLEL;
 pub use link::{FramePose, JointKind, Link, MdhLink, Pose};

@@ -64,6 +64,36 @@ impl<'a> NominalInverse<'a> {
                 (true, true) => Refusal::NoSuchConfiguration,
             });
         }
+        self.search(root_from_last, near, |_| true)
+    }
+
+    /// The joints within the limits (rad, N) that put the last frame at `root_from_last` nearest to `near`, of all postures of the
+    /// arm.
+    ///
+    /// # Errors
+    /// The reason, when there are none.
+    pub fn nearest(&mut self, root_from_last: &Pose, near: &[f64]) -> Result<Vec<f64>, Refusal> {
+        if self.wrist.is_some() {
+            return self.joints(root_from_last, None, None, near);
+        }
+        let away = |q: &[f64]| q.iter().zip(near).map(|(q, near)| (q - near).powi(2)).sum::<f64>();
+        let mut nearest: Option<Vec<f64>> = None;
+        let last = self.search(root_from_last, near, |q| {
+            if nearest.as_ref().is_none_or(|known| away(q) < away(known)) {
+                nearest = Some(q.to_vec());
+            }
+            false
+        });
+        nearest.map_or(last, Ok)
+    }
+
+    /// The joints found first that are `enough`, of searches from `near` and from anywhere.
+    fn search(
+        &mut self,
+        root_from_last: &Pose,
+        near: &[f64],
+        mut enough: impl FnMut(&[f64]) -> bool,
+    ) -> Result<Vec<f64>, Refusal> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let robot = self.robot;
         let mut start = near.to_vec();
@@ -71,9 +101,9 @@ impl<'a> NominalInverse<'a> {
         for _ in 0..STARTS {
             let found = self.search.solve(&mut self.arm, root_from_last, &start, |i| robot.links[i].limits);
             match found.outcome {
-                Outcome::Converged => return Ok(found.q),
+                Outcome::Converged if enough(&found.q) => return Ok(found.q),
                 Outcome::JointLimit(joint) => why = Refusal::JointLimit { joint: Some(joint) },
-                Outcome::Unreachable | Outcome::NotConverged => {}
+                Outcome::Converged | Outcome::Unreachable | Outcome::NotConverged => {}
             }
             start.iter_mut().zip(&robot.links).for_each(|(q, link)| *q = random.random_range(link.limits[0]..link.limits[1]));
         }

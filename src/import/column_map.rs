@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 pub(super) use self::keys::{ColumnName, Source};
-use self::keys::{MapToml, PointSource, RotationSource};
+use self::keys::{FlangeSource, MapToml, PointSource, RotationSource};
 use super::rotation::RotationForm;
 use super::row_order::RowOrder;
 use super::source::{Join, Layout};
@@ -15,10 +15,14 @@ use crate::files::{FileError, field_error, name_remedy, parse_toml};
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::file::Reading;
 use crate::measure::dataset::{Dataset, ToolTarget};
+use crate::robot::{Pose, Robot};
 use crate::units::{DEG, MM, UM};
 
 /// The format this version reads.
 const FORMAT: &str = "calibench-import/1";
+
+/// Number of joints of an arm of which a pose determines the joints, but for the choice of its posture.
+const SIX: usize = 6;
 
 /// Meaning of a number in the source.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +52,17 @@ pub(super) struct MappedRotation {
     pub numbers: Vec<(Source, Measure)>,
 }
 
+/// The pose of the flange, from which the joints are computed.
+#[derive(Debug, Clone)]
+pub(super) struct MappedFlange {
+    pub position: [MappedColumn; 3],
+    pub rotation: MappedRotation,
+    /// The frame of which the pose is stated, in the flange.
+    pub tool: Pose,
+    /// Joints of the posture in which the rows were measured, rad.
+    pub near: Vec<f64>,
+}
+
 /// A checked column map.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnMap {
@@ -68,6 +83,8 @@ pub(super) struct ColumnMap {
     pub tool_targets: Vec<(String, [MappedColumn; 3])>,
     /// The orientation, in rows of kind `pose`.
     pub rotation: Option<MappedRotation>,
+    /// The pose from which joints are computed, if the table has none.
+    pub flange: Option<MappedFlange>,
     /// Information in the order of the rows.
     pub rows: Option<RowOrder>,
     /// Free columns, copied as they are.
@@ -130,6 +147,7 @@ impl ColumnMap {
             columns: Vec::new(),
             tool_targets: Vec::new(),
             rotation: None,
+            flange: None,
             rows: file.rows,
             extra: Vec::new(),
             has_base,
@@ -155,6 +173,7 @@ impl ColumnMap {
         }
         origin.check_rows(&map)?;
         map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
+        map.flange = file.flange.map(|source| origin.flange(source, &map, &dataset.robot)).transpose()?;
         map.declare_targets(&mut dataset);
         dataset.noise.seen_from_tool |= map.rotation.as_ref().is_some_and(|rotation| rotation.inverse);
         Ok((map, dataset))
@@ -244,6 +263,35 @@ impl Origin<'_> {
         Ok((name, [mapped(0, x)?, mapped(1, y)?, mapped(2, z)?]))
     }
 
+    /// The pose from which joints are computed.
+    fn flange(&self, source: FlangeSource, map: &ColumnMap, robot: &Robot) -> Result<MappedFlange, FileError> {
+        if map.columns.iter().any(|m| matches!(m.column, Column::Joint(_) | Column::Slide(_))) {
+            return Err(self.wrong("flange", "columns state the joints too", "keep one of them"));
+        }
+        if robot.joints() != SIX || robot.first_prismatic().is_some() {
+            let problem = format!("a pose determines the joints of an arm of six that turn, and '{}' is another", robot.name);
+            return Err(self.wrong("flange", problem, "give columns of the joints"));
+        }
+        let near: Vec<f64> = source.near_deg.iter().map(|v| v * DEG).collect();
+        if near.len() != SIX || near.iter().any(|v| !v.is_finite()) {
+            let problem = format!("{} numbers, and an arm has up to eight postures at one pose", near.len());
+            return Err(self.wrong("flange.near_deg", problem, "give six joint angles in the middle of those of the rows"));
+        }
+        if source.rotation.inverse {
+            return Err(self.wrong("flange.rotation.inverse", "a controller states the flange in the base", "remove it"));
+        }
+        let mapped = |k: usize, source: Source| {
+            let key = format!("flange.{}", ["x", "y", "z"][k]);
+            self.check_places(&key, &source, map.header)?;
+            let measure = self.measure(&key, Column::World(k), source.unit.as_deref())?;
+            Ok::<_, FileError>(MappedColumn { column: Column::World(k), measure, source })
+        };
+        let rotation = self.numbers_of("flange.rotation", source.rotation, map.header)?;
+        let tool = source.tool.map_or(Pose::identity(), |tool| tool.frame().pose());
+        let position = [mapped(0, source.x)?, mapped(1, source.y)?, mapped(2, source.z)?];
+        Ok(MappedFlange { position, rotation, tool, near })
+    }
+
     /// Checks that the order of the rows says nothing that a column says too.
     fn check_rows(&self, map: &ColumnMap) -> Result<(), FileError> {
         let Some(rows) = map.rows else { return Ok(()) };
@@ -265,11 +313,6 @@ impl Origin<'_> {
 
     /// The orientation in a row of kind `pose`.
     fn rotation(&self, source: RotationSource, map: &ColumnMap) -> Result<MappedRotation, FileError> {
-        let names: Vec<&str> = RotationForm::ALL.iter().map(|(_, name)| *name).collect();
-        let Some((form, _)) = RotationForm::ALL.into_iter().find(|(_, name)| *name == source.form) else {
-            let problem = format!("`{}` is not a form of a rotation", source.form);
-            return Err(self.wrong("rotation.form", problem, name_remedy(&source.form, &names)));
-        };
         if map.kind != "pose" {
             let problem = format!("rows of kind `{}` have no orientation", map.kind);
             return Err(self.wrong("rotation", problem, "write `kind = \"pose\"`, or remove it"));
@@ -280,19 +323,32 @@ impl Origin<'_> {
         if map.columns.iter().any(|m| matches!(m.column, Column::Rotation(_))) {
             return Err(self.wrong("rotation", "`rx`, `ry`, `rz` state the orientation too", "keep one of them"));
         }
+        self.numbers_of("rotation", source, map.header)
+    }
+
+    /// The numbers of a rotation, by its form.
+    fn numbers_of(&self, table: &str, source: RotationSource, header: bool) -> Result<MappedRotation, FileError> {
+        let names: Vec<&str> = RotationForm::ALL.iter().map(|(_, name)| *name).collect();
+        let Some((form, _)) = RotationForm::ALL.into_iter().find(|(_, name)| *name == source.form) else {
+            let problem = format!("`{}` is not a form of a rotation", source.form);
+            return Err(self.wrong(&format!("{table}.form"), problem, name_remedy(&source.form, &names)));
+        };
         if source.columns.len() != form.count() {
             let problem = format!("{} columns, and the form has {} numbers", source.columns.len(), form.count());
-            return Err(self.wrong("rotation.columns", problem, "give one a number"));
+            return Err(self.wrong(&format!("{table}.columns"), problem, "give one a number"));
         }
         let measured = |(k, source): (usize, Source)| {
-            let key = format!("rotation.columns[{k}]");
-            self.check_places(&key, &source, map.header)?;
+            let key = format!("{table}.columns[{k}]");
+            self.check_places(&key, &source, header)?;
             let measure = match (form.has_angles(), &source.unit) {
                 (true, _) => {
                     self.measure(&key, Column::Rotation(k.min(2)), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0))
                 }
                 (false, None) => Measure::Si(1.0),
-                (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "its numbers have no unit", "remove it")),
+                (false, Some(_)) => {
+                    let what = if form == RotationForm::Matrix { "matrix" } else { "quaternion" };
+                    return Err(self.wrong(&format!("{key}.unit"), format!("a {what} has no unit"), "remove it"));
+                }
             };
             Ok((source, measure))
         };

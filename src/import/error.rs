@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::options::FORMATS;
+use super::FORMATS;
 use crate::files::FileError;
 
 /// Reason why data could not be imported.

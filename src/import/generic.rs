@@ -12,6 +12,10 @@ use crate::files::{FileError, read_bytes, read_text};
 use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::{Dataset, SampleSet};
 
+/// What is to be known of joints that nobody read.
+const SUPPOSED: &str =
+    "the joints are a supposition: those of the nominal arm at the pose of the flange, in the posture nearest to near_deg";
+
 /// Imports files through the map of the options.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
     let path = options.map.as_ref().ok_or(ImportError::NoMap)?;
@@ -67,6 +71,10 @@ pub(super) fn by_map(
         }
         let table = TableFile { path: file, label: &label, constants: &constants, joined: joined.as_deref() };
         read_table(&table, map, &mut dataset, &mut report)?;
+    }
+    if map.flange.is_some() {
+        report.notes.push(SUPPOSED.into());
+        dataset.provenance.insert("joints".into(), SUPPOSED.into());
     }
     report.notes.extend(dataset.whole_turns_undone());
     report.notes.extend(dataset.beyond_limits().iter().map(ToString::to_string));

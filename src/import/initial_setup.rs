@@ -12,7 +12,7 @@ use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::file::read_dataset;
 use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, Pose, rigid_fit};
+use crate::robot::{FramePose, Pose, angle_between, rigid_fit};
 use crate::units::DEG;
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.
@@ -43,7 +43,7 @@ pub(super) fn check_orientations(dataset: &Dataset) -> Result<(), ImportError> {
 fn spread_of_orientations(dataset: &Dataset) -> f64 {
     let mut all = flanges(dataset);
     let Some(first) = all.next() else { return 0.0 };
-    all.map(|flange| first.rotation.angle_to(&flange.rotation)).fold(0.0, f64::max)
+    all.map(|flange| angle_between(&first.rotation, &flange.rotation)).fold(0.0, f64::max)
 }
 
 /// Fits the base, the tool if it is free, and the free targets to the fit rows of the first session with known positions.

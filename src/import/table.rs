@@ -10,6 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use sha2::{Digest, Sha256};
 
 use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Measure, Source};
+use super::flange_pose::FlangeReader;
 use super::rotation::RotationForm;
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
@@ -19,10 +20,11 @@ use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::samples_file::Row;
 use crate::measure::dataset::samples_header::Header;
 use crate::measure::dataset::samples_text::number;
+use crate::robot::Robot;
 use crate::units::{DEG, MM, UM};
 
 /// Positions of the numbers of a source in a row.
-struct Places {
+pub(super) struct Places {
     column: Option<usize>,
     minus: Option<usize>,
 }
@@ -61,7 +63,8 @@ pub(super) fn read_table(
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
     let maps = map.by_point();
-    let reader = |(of, map)| PointReader::new(table, of, map, titles.as_deref());
+    let robot = dataset.robot.clone();
+    let reader = |(of, map)| PointReader::new(table, of, map, titles.as_deref(), &robot);
     let mut readers = maps.iter().map(|(of, map)| reader((*of, map))).collect::<Result<Vec<_>, FileError>>()?;
     let first = dataset.samples.len();
     let (mut read, mut kept, mut first_reason, mut dated) = (0, 0, None, true);
@@ -111,6 +114,8 @@ struct PointReader<'a> {
     row: RowReader<'a>,
     /// Text of the columns that are the same in every row, after those of the map.
     constants: Vec<String>,
+    /// Computes the joints from the pose of the flange, if there is no column of joints.
+    flange: Option<FlangeReader<'a>>,
     own_id: bool,
     header: Header,
     /// Lines by their fields.
@@ -124,7 +129,10 @@ impl<'a> PointReader<'a> {
         of: Option<&'a str>,
         map: &'a ColumnMap,
         titles: Option<&[String]>,
+        robot: &'a Robot,
     ) -> Result<Self, FileError> {
+        let flange = map.flange.as_ref().map(|flange| FlangeReader::new(flange, robot, map.decimal, table.path, titles));
+        let flange = flange.transpose()?;
         let place = |source: &Source| place(table.path, titles, source);
         let row = RowReader {
             map,
@@ -144,10 +152,12 @@ impl<'a> PointReader<'a> {
         let (constant, constants): (Vec<Column>, Vec<String>) = given.cloned().map(kind).chain(named).unzip();
         let mapped = map.columns.iter().map(|m| m.column);
         let rotation = (0..if map.rotation.is_some() { 3 } else { 0 }).map(Column::Rotation);
-        let columns: Vec<Column> = mapped.chain(rotation).chain(constant).chain(own_id.then_some(Column::Id)).collect();
+        let joints = (0..if flange.is_some() { robot.joints() } else { 0 }).map(Column::Joint);
+        let columns: Vec<Column> =
+            mapped.chain(rotation).chain(joints).chain(constant).chain(own_id.then_some(Column::Id)).collect();
         let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
         let header = Header::new(&columns, &names);
-        Ok(PointReader { of, row, constants, own_id, header, seen: HashMap::new() })
+        Ok(PointReader { of, row, constants, flange, own_id, header, seen: HashMap::new() })
     }
 
     /// The fields of the sample in the order of the header, `None` if the point was not measured in this row, or the reason why
@@ -161,6 +171,9 @@ impl<'a> PointReader<'a> {
         match self.seen.entry(digest(&fields)) {
             Entry::Occupied(first) => return Err(format!("the same as line {}", first.get())),
             Entry::Vacant(place) => _ = place.insert(source.line),
+        }
+        if let Some(flange) = &mut self.flange {
+            fields.extend(flange.joints(&source.fields)?);
         }
         let suffix = self.of.map(|of| format!("/{of}")).unwrap_or_default();
         if let Some(id) = self.row.map.columns.iter().position(|m| m.column == Column::Id) {
@@ -210,7 +223,7 @@ impl RowReader<'_> {
         let mapped = mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal));
         let mut fields: Vec<String> = mapped.collect::<Result<_, String>>()?;
         if let Some(rotation) = &self.map.rotation {
-            let vector = self.rotation_vector(source, rotation)?;
+            let vector = vector_of(source, &self.rotation, rotation, self.map.decimal)?;
             if rotation.inverse {
                 self.invert_position(&mut fields, &Rotation3::new(vector))?;
             }
@@ -218,22 +231,6 @@ impl RowReader<'_> {
             fields.extend(vector.iter().map(|angle| number(*angle, DEG)));
         }
         Ok(fields)
-    }
-
-    /// The rotation vector of the orientation as stated, rad.
-    fn rotation_vector(&self, source: &StringRecord, rotation: &MappedRotation) -> Result<Vector3<f64>, String> {
-        let in_si = |(k, (number, measure)): (usize, &(Source, Measure))| {
-            let mapped = MappedColumn { column: Column::Rotation(k.min(2)), measure: Some(*measure), source: number.clone() };
-            let text = value(source, &self.rotation[k], &mapped, self.map.decimal)?;
-            text.parse::<f64>().map(|v| v * DEG).map_err(|_| "the orientation is empty".to_owned())
-        };
-        let numbers: Vec<f64> = rotation.numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
-        rotation.form.rotation_vector(&numbers).ok_or_else(|| match rotation.form {
-            RotationForm::Matrix => {
-                "the matrix is no rotation: its rows are not of unit length, at right angles or right-handed".to_owned()
-            }
-            _ => "the quaternion is not of unit length".to_owned(),
-        })
     }
 
     /// Replaces the position of the world in the tool by that of the tool in the world.
@@ -271,8 +268,30 @@ impl RowReader<'_> {
     }
 }
 
+/// The rotation vector of a rotation as stated, rad.
+pub(super) fn vector_of(
+    source: &StringRecord,
+    places: &[Places],
+    rotation: &MappedRotation,
+    decimal: char,
+) -> Result<Vector3<f64>, String> {
+    let in_si = |(k, (number, measure)): (usize, &(Source, Measure))| {
+        let mapped = MappedColumn { column: Column::Rotation(k.min(2)), measure: Some(*measure), source: number.clone() };
+        let text = value(source, &places[k], &mapped, decimal)?;
+        text.parse::<f64>().map(|v| v * DEG).map_err(|_| "the orientation is empty".to_owned())
+    };
+    let numbers: Vec<f64> = rotation.numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
+    rotation.form.rotation_vector(&numbers).ok_or_else(|| {
+        let what = match rotation.form {
+            RotationForm::Matrix => "the matrix is not a rotation (rows of unit length, at right angles, right-handed)",
+            _ => "the quaternion is not of unit length",
+        };
+        what.to_owned()
+    })
+}
+
 /// Finds a source in the header.
-fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Places, FileError> {
+pub(super) fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Places, FileError> {
     let find = |name: &ColumnName| match name {
         ColumnName::Place(place) => Ok(Some(place - 1)),
         ColumnName::Title(title) => match titles.unwrap_or_default().iter().position(|t| t == title) {
@@ -296,7 +315,7 @@ fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Plac
 
 /// Text for a column of the dataset; empty if an optional source has no value. The error is the reason why the row cannot be
 /// used.
-fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal: char) -> Result<String, String> {
+pub(super) fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal: char) -> Result<String, String> {
     let MappedColumn { source, measure, column } = mapped;
     let field = |place: usize| fields.get(place).map(str::trim).unwrap_or_default();
     let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {

@@ -106,6 +106,7 @@ impl Generator {
                 point: self.sometimes(|g| g.positive(30.0 * UM)),
                 orientation: self.sometimes(|g| g.positive(1e-4)),
                 joint: self.sometimes(|g| (0..joints).map(|_| g.positive(ARCSEC)).collect()).unwrap_or_default(),
+                seen_from_tool: self.sometimes(|_| ()).is_some(),
             },
             extra_columns: (0..extra).map(|k| format!("extra_{}{k}", self.text())).collect(),
             provenance,

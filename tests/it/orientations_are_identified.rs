@@ -8,7 +8,7 @@ use calibench::identify::calibration::Calibration;
 use calibench::identify::fit::fit;
 use calibench::identify::problem::{Problem, Use};
 use calibench::identify::{Model, identify};
-use calibench::import::{ImportOptions, import};
+use calibench::import::{ImportOptions, guess, import};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Orientation, Sample, SampleSet};
 use calibench::residuals::noise::suspects;
@@ -102,8 +102,16 @@ fn geometry() -> Model {
 
 #[test]
 fn every_column_of_an_orientation_is_its_derivative() {
+    for seen_from_tool in [false, true] {
+        columns_are_derivatives(seen_from_tool);
+    }
+}
+
+/// Compares the columns of six poses with differences of their residuals.
+fn columns_are_derivatives(seen_from_tool: bool) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut dataset = measured(&twin(&mut random), 6, &mut random);
+    dataset.noise.seen_from_tool = seen_from_tool;
     // Errors of the joints correlate position and orientation.
     dataset.noise.joint = vec![20.0 * ARCSEC; 6];
     let model = Model::of(&["base_frame", "mdh", "joint_compliance", "link_bending:2", "probe_rotation"]);
@@ -126,6 +134,64 @@ fn every_column_of_an_orientation_is_its_derivative() {
         let off = (near.row(p) - &difference).norm();
         assert!(off <= 1e-5 * difference.norm() + 1e-9, "{}: {off} of {}", problem.parameters()[p].name, difference.norm());
     }
+}
+
+/// One-sigma noise of a camera on the hand: of the board's place, m, and of its orientation, rad.
+const CAMERA: [f64; 2] = [0.2 * MM, 0.05 * DEG];
+
+/// The same robot, measured by a camera on its hand that sees a board at the world's origin, a metre or two away.
+fn seen_by_camera(twin: &Twin, poses: usize, random: &mut ChaCha8Rng) -> Dataset {
+    let probe = Rotation3::new(Vector3::from(PROBE));
+    let mut dataset = measured(twin, poses, random);
+    for sample in &mut dataset.samples {
+        let hand = truth(twin, &sample.q);
+        let camera = Isometry3::from_parts(hand.translation, (hand.rotation * probe).into());
+        let board = camera.inverse();
+        let rotation = Rotation3::new(vector(random, CAMERA[1])) * board.rotation.to_rotation_matrix();
+        let seen = Isometry3::from_parts((board.translation.vector + vector(random, CAMERA[0])).into(), rotation.into());
+        sample.measured = Measured::Point(seen.inverse().translation.vector);
+        sample.orientation = Some(Orientation { rotation: seen.inverse().rotation.scaled_axis(), sigma: None });
+    }
+    dataset.noise = Noise { point: Some(CAMERA[0]), orientation: Some(CAMERA[1]), seen_from_tool: true, ..Noise::default() };
+    dataset
+}
+
+#[test]
+fn a_camera_on_the_hand_is_as_sure_as_it_says() {
+    let (mut chi2, mut dof, mut squares) = (0.0, 0, Vec::new());
+    let mut missed = [0.0, 0.0];
+    for seed in 200..212 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let twin = twin(&mut random);
+        let dataset = seen_by_camera(&twin, 80, &mut random);
+        // Taken for a tracker's, an error of the camera's orientation is one of the hand's position.
+        let mut as_seen = dataset.clone();
+        as_seen.noise.seen_from_tool = false;
+        for (k, dataset) in [&dataset, &as_seen].into_iter().enumerate() {
+            let calibration = identify(&[NamedDataset::new("", dataset)], &geometry()).unwrap();
+            for (j, link) in twin.truth.links.iter().enumerate().take(5).skip(1) {
+                let estimate = calibration.estimate(&format!("theta{}", j + 1)).unwrap();
+                missed[k] += (estimate.value - link.mdh.theta).powi(2);
+                if k == 0 {
+                    squares.push(((estimate.value - link.mdh.theta) / estimate.sigma).powi(2));
+                }
+            }
+        }
+        let problem = Problem::new(&[NamedDataset::new("", &dataset)], &geometry(), Use::Fit).unwrap();
+        let fitted = fit(&problem).unwrap();
+        (chi2, dof) = (chi2 + fitted.chi2, dof + fitted.dof);
+        // Held out, what is left is the noise of the place where the camera saw the board.
+        let calibration = identify(&[NamedDataset::new("", &dataset)], &geometry()).unwrap();
+        let held_out = calibration.predict(&[NamedDataset::new("", &dataset)], Use::Validation).unwrap().residuals;
+        let left = calibench::math::rms(&held_out) / 3f64.sqrt();
+        assert!((0.6..1.7).contains(&(left / CAMERA[0])), "seed {seed}: {} mm per axis", left / MM);
+    }
+    let reduced = chi2 / dof as f64;
+    assert!((reduced - 1.0).abs() < 5.0 * (2.0 / dof as f64).sqrt(), "chi-square per degree of freedom {reduced}");
+    // 48 squares of standard normal numbers: mean 48, deviation 10.
+    let sum: f64 = squares.iter().sum();
+    assert!((16.0..90.0).contains(&sum), "{sum} for {}", squares.len());
+    assert!(missed[0] < 0.25 * missed[1], "{missed:?}");
 }
 
 #[test]
@@ -252,6 +318,12 @@ fn row(form: &str, inverse: bool, sample: &Sample) -> String {
     // About X, new Y, new Z is what the inverse does about Z, Y, X the other way.
     let (c, b, a) = q.inverse().euler_angles();
     let numbers = match form {
+        "zyz" => {
+            let m = q.to_rotation_matrix();
+            let angles = [m[(1, 2)].atan2(m[(0, 2)]), m[(2, 2)].acos(), m[(2, 1)].atan2(-m[(2, 0)])];
+            angles.iter().map(|v| v / DEG).collect()
+        }
+        "matrix" => q.to_rotation_matrix().matrix().transpose().as_slice().to_vec(),
         "vector" => q.scaled_axis().map(|v| v / DEG).as_slice().to_vec(),
         "abc" => vec![yaw / DEG, pitch / DEG, roll / DEG],
         "rpy" => vec![roll / DEG, pitch / DEG, yaw / DEG],
@@ -276,6 +348,9 @@ fn a_pose_is_the_same_in_whatever_form_a_table_states_it() {
         ("abc", false),
         ("rpy", false),
         ("xyz", false),
+        ("zyz", false),
+        ("matrix", false),
+        ("matrix", true),
         ("quaternion_xyzw", false),
         ("quaternion_wxyz", false),
         ("vector", true),
@@ -285,8 +360,12 @@ fn a_pose_is_the_same_in_whatever_form_a_table_states_it() {
         let text: Vec<String> = dataset.samples.iter().map(|s| row(form, inverse, s)).collect();
         std::fs::write(&table, text.join("\n")).unwrap();
         let column = |place: usize, unit: &str| format!("{{ column = {place}{unit} }}");
-        let unit = if form.starts_with("quaternion") { "" } else { ", unit = 'deg'" };
-        let numbers: Vec<String> = (10..10 + if unit.is_empty() { 4 } else { 3 }).map(|k| column(k, unit)).collect();
+        let (count, unit) = match form {
+            "matrix" => (9, ""),
+            _ if form.starts_with("quaternion") => (4, ""),
+            _ => (3, ", unit = 'deg'"),
+        };
+        let numbers: Vec<String> = (10..10 + count).map(|k| column(k, unit)).collect();
         let joints: Vec<String> = (1..=6).map(|k| format!("q{k} = {}", column(k, ", unit = 'rad'"))).collect();
         let places: Vec<String> =
             (0..3).map(|k| format!("{} = {}", ["x", "y", "z"][k], column(7 + k, ", unit = 'mm'"))).collect();
@@ -296,7 +375,7 @@ fn a_pose_is_the_same_in_whatever_form_a_table_states_it() {
         std::fs::write(&map, [head, &joints.join("\n"), &places.join("\n"), &rotation, rest].join("\n")).unwrap();
         let options = ImportOptions { map: Some(map.clone()), ..ImportOptions::default() };
         let (read, _) = import("generic", std::slice::from_ref(&table), &options).unwrap_or_else(|e| panic!("{form}: {e}"));
-        assert_eq!(read.samples.len(), 12);
+        assert_eq!((read.samples.len(), read.noise.seen_from_tool), (12, inverse));
         for (read, sample) in read.samples.iter().zip(&dataset.samples) {
             let (Measured::Point(at), Measured::Point(point)) = (&read.measured, &sample.measured) else { panic!("{form}") };
             assert!((at - point).norm() < 1e-9, "{form} {inverse}");
@@ -320,4 +399,52 @@ fn a_pose_is_the_same_in_whatever_form_a_table_states_it() {
         let error = import("generic", std::slice::from_ref(&table), &options).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
     }
+}
+
+#[test]
+fn an_orientation_in_an_unknown_table_is_found_or_left_out_with_a_word() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut dataset = measured(&twin(&mut random), 30, &mut random);
+    dataset.base = FramePose::default();
+    let robot = built_in("ur10").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("table.csv");
+    let joints = "j1,j2,j3,j4,j5,j6,x_mm,y_mm,z_mm,";
+    let proposed = |head: &str, rows: &[String]| {
+        std::fs::write(&table, format!("{head}{}\n", rows.join("\n"))).unwrap();
+        guess(&table, &robot, "ur10").unwrap_or_else(|e| panic!("{head}: {e}"))
+    };
+    for (form, titles) in [
+        ("vector", "rx_deg,ry_deg,rz_deg"),
+        ("vector", "meas_rx,meas_ry,meas_rz"),
+        ("abc", "A,B,C"),
+        ("rpy", "roll [deg],pitch [deg],yaw [deg]"),
+        ("rpy", "W,P,R"),
+        ("xyz", "rx,ry,rz"),
+        ("zyz", "O,A,T"),
+        ("quaternion_xyzw", "qx,qy,qz,qw"),
+        ("quaternion_wxyz", "tcp_qw,tcp_qx,tcp_qy,tcp_qz"),
+        ("matrix", "r11,r12,r13,r21,r22,r23,r31,r32,r33"),
+    ] {
+        for inverse in [false, true] {
+            let rows: Vec<String> = dataset.samples.iter().map(|s| row(form, inverse, s)).collect();
+            for head in [format!("{joints}{titles}\n"), String::new()] {
+                let read = proposed(&head, &rows).dataset;
+                assert_eq!(read.noise.seen_from_tool, inverse, "{form} {head}");
+                for (read, sample) in read.samples.iter().zip(&dataset.samples) {
+                    let found = read.orientation.unwrap_or_else(|| panic!("{form} {head} {inverse}"));
+                    let seen = sample.orientation.unwrap().world_from_tool();
+                    let turned = (found.world_from_tool().matrix() - seen.matrix()).norm();
+                    assert!(turned < 1e-7, "{form} {head} {inverse}: {turned}");
+                }
+            }
+        }
+    }
+    // The same columns with the rows exchanged are in no form an orientation of the tool.
+    let wrong = |k: usize| Sample { orientation: dataset.samples[(7 * k + 3) % 30].orientation, ..dataset.samples[k].clone() };
+    let rows: Vec<String> = (0..30).map(|k| row("rpy", false, &wrong(k))).collect();
+    let found = proposed(&format!("{joints}roll,pitch,yaw\n"), &rows);
+    assert!(found.dataset.samples.iter().all(|s| s.orientation.is_none()));
+    let said = "an orientation, which `roll`, `pitch`, `yaw` seem to be, is not used: in no usual form does it fit the arm";
+    assert!(found.reasons.iter().any(|reason| reason == said), "{:?}", found.reasons);
 }

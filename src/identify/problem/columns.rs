@@ -77,14 +77,16 @@ impl Problem {
             let sight = self.residual(row, &work).1;
             let seen = self.seen_orientation(row, &work);
             let column = |site: Site| {
-                let shift = work.posture.column(site);
+                let axis = work.posture.turning(site);
+                let shift = work.posture.column(site) + seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site, &axis));
                 let position = match sight {
                     Some(sight) => Vector3::new(row.whitener[(0, 0)] * sight.dot(&shift), 0.0, 0.0),
                     None => row.whitener * shift,
                 };
-                let turn = seen.as_ref().zip(row.orientation.as_ref()).map_or(Vector3::zeros(), |(seen, orientation)| {
-                    orientation.whitened(&shift, &seen.column(site, &work.posture.turning(site)))
-                });
+                let turn = seen
+                    .as_ref()
+                    .zip(row.orientation.as_ref())
+                    .map_or(Vector3::zeros(), |(seen, orientation)| orientation.whitened(&shift, &seen.column(site, &axis)));
                 Vector6::new(position.x, position.y, position.z, turn.x, turn.y, turn.z)
             };
             let setup = &self.setups[row.setup];

@@ -282,15 +282,17 @@ impl Problem {
                     (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                     turns.clear();
                     turns.resize(width, Vector3::zeros());
+                    let mut turn = |k: usize, site: Site, weight: f64| {
+                        let axis = batch.turning(lane, site);
+                        turns[k] += seen.column(site, &axis) * weight;
+                        let shift = seen.shift(site, &axis) * weight;
+                        (x[k], y[k], z[k]) = (x[k] + shift.x, y[k] + shift.y, z[k] + shift.z);
+                    };
                     for &[term, k, _] in &destinations.all {
                         let site = pattern[term].site;
-                        turns[k] += seen.column(site, &batch.turning(lane, site)) * terms.weights[term];
-                        let shift = seen.shift(site) * terms.weights[term];
-                        (x[k], y[k], z[k]) = (x[k] + shift.x, y[k] + shift.y, z[k] + shift.z);
+                        turn(k, site, terms.weights[term]);
                     }
-                    for Product { row, site, weight, .. } in products.iter() {
-                        turns[*row] += seen.column(*site, &batch.turning(lane, *site)) * *weight;
-                    }
+                    products.iter().for_each(|product| turn(product.row, product.site, product.weight));
                     turns[m] = seen.residual;
                     row.whiten_orientation([x, y, z], turns, of_orientation);
                 }
@@ -346,7 +348,8 @@ impl Problem {
             let sight = self.residual(row, &work).1;
             let seen = self.seen_orientation(row, &work);
             let mut add = |k: usize, site: Site, weight: f64| {
-                let shift = seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site));
+                let axis = work.posture.turning(site);
+                let shift = seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site, &axis));
                 let column = (work.posture.column(site) + shift) * weight;
                 match sight {
                     None => {
@@ -357,7 +360,7 @@ impl Problem {
                 }
                 if let Some(seen) = &seen {
                     let mut cells = j.fixed_view_mut::<3, 1>(next, k);
-                    cells += seen.column(site, &work.posture.turning(site)) * (weight * row.lever());
+                    cells += seen.column(site, &axis) * (weight * row.lever());
                 }
             };
             let pattern = &state.patterns[terms.pattern];

@@ -48,12 +48,13 @@ impl SeenOrientation {
         self.moved
     }
 
-    /// Displacement of the measured point by one SI unit of a site that turns the probe alone.
+    /// Displacement of the measured point, world, m, by one SI unit of a site that turns the flange about `axis`, beyond that of
+    /// the point where the fit began.
     #[inline]
-    pub fn shift(&self, site: Site) -> Vector3<f64> {
+    pub fn shift(&self, site: Site, axis: &Vector3<f64>) -> Vector3<f64> {
         match site {
             Site::Probe(k) => self.turns.column(k.into()).cross(&self.arm),
-            _ => Vector3::zeros(),
+            _ => axis.cross(&self.moved),
         }
     }
 

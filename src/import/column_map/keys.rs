@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::import::row_order::RowOrder;
-use crate::measure::dataset::description::DatasetToml;
+use crate::measure::dataset::description::{DatasetToml, FrameToml};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -30,6 +30,7 @@ pub struct MapToml {
     #[serde(default)]
     pub targets: BTreeMap<String, PointSource>,
     pub rotation: Option<RotationSource>,
+    pub flange: Option<FlangeSource>,
     pub rows: Option<RowOrder>,
     pub dataset: DatasetToml,
 }
@@ -53,6 +54,20 @@ pub struct PointSource {
     pub x: Source,
     pub y: Source,
     pub z: Source,
+}
+
+/// Source of the pose of the flange in the robot's base, in place of the joints.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlangeSource {
+    pub x: Source,
+    pub y: Source,
+    pub z: Source,
+    pub rotation: RotationSource,
+    /// The TCP in the flange, if the pose is that of the TCP.
+    pub tool: Option<FrameToml>,
+    /// Joints in the middle of those of the rows, deg.
+    pub near_deg: Vec<f64>,
 }
 
 fn comma() -> char {

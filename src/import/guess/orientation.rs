@@ -11,7 +11,7 @@ use crate::import::rotation::RotationForm;
 use crate::import::unknown_table::{TARGETS, Table};
 use crate::math::nearest_rank;
 use crate::measure::dataset::Dataset;
-use crate::robot::nearest_rotation;
+use crate::robot::{angle_between, nearest_rotation};
 use crate::units::DEG;
 
 /// Median angle, rad, between orientations as read and those of the nominal arm up to which they fit: an arm after a crash is a few
@@ -174,7 +174,7 @@ fn fits(dataset: &Dataset) -> Option<f64> {
 /// Median angle of rotations about their mean, rad; `None` if they have none.
 fn about_mean(all: &[Rotation3<f64>]) -> Option<f64> {
     let mean = nearest_rotation(&all.iter().map(|r| *r.matrix()).sum::<Matrix3<f64>>())?;
-    Some(nearest_rank(all.iter().map(|r| mean.angle_to(r)).collect(), 0.5))
+    Some(nearest_rank(all.iter().map(|r| angle_between(&mean, r)).collect(), 0.5))
 }
 
 impl Named {

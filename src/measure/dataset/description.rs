@@ -86,7 +86,7 @@ impl DatasetToml {
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub(super) struct FrameToml {
+pub(crate) struct FrameToml {
     /// Position along x, mm.
     pub x_mm: f64,
     /// Position along y, mm.
@@ -102,6 +102,16 @@ pub(super) struct FrameToml {
     /// Then about the rotated x, deg.
     #[serde(default)]
     pub c_deg: f64,
+}
+
+impl FrameToml {
+    /// The frame in SI units.
+    pub fn frame(&self) -> FramePose {
+        FramePose {
+            xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
+            rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
+        }
+    }
 }
 
 /// The TCP, `Tr Rz Ry Rx`, and how well it is known.

@@ -179,7 +179,7 @@ impl Reading<'_> {
         let payloads = self.payloads(&file.payload)?;
         let balls = self.balls(&file.ball)?;
         let t = &file.tool;
-        let base = file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg]));
+        let base = file.base.map_or(FramePose::default(), |b| b.frame());
         let dataset = Dataset {
             base: base.then(&robot.root),
             base_found: file.base_found,

@@ -11,7 +11,7 @@ use super::orientation_slips::{Misread, all};
 use super::slip::Slip;
 use super::starts::fit;
 use crate::measure::dataset::Dataset;
-use crate::robot::nearest_rotation;
+use crate::robot::{angle_between, nearest_rotation};
 use crate::units::DEG;
 
 /// One-sigma of each angle of the links of a poorly assembled arm, rad: six plausible sizes of the catalogue.
@@ -150,7 +150,10 @@ impl Rows {
                 let all = &readings[of[i]];
                 let Some(tool) = tool else { return (0.0, all[0]) };
                 let expected = held[i] * tool;
-                all.iter().map(|r| (expected.angle_to(r), *r)).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, all[0]))
+                all.iter()
+                    .map(|r| (angle_between(&expected, r), *r))
+                    .min_by(|a, b| a.0.total_cmp(&b.0))
+                    .unwrap_or((0.0, all[0]))
             };
             let mut tool = stated.filter(|_| !all_free);
             if tool.is_none() {
@@ -168,7 +171,7 @@ impl Rows {
     /// hardly determine.
     fn fit_beside(&self, own: &[Vec<Rotation3<f64>>], most: f64) -> bool {
         let Some(bases) = self.own_bases(&self.seen) else { return false };
-        let near = bases.iter().zip(&self.bases).all(|(a, b)| a.angle_to(b) <= BESIDE);
+        let near = bases.iter().zip(&self.bases).all(|(a, b)| angle_between(a, b) <= BESIDE);
         near && rms(&self.angles(&bases, own, false)) <= most
     }
 
@@ -243,7 +246,7 @@ fn trimmed_mean(all: &[Rotation3<f64>]) -> Option<Rotation3<f64>> {
     let mut found = mean(&mut all.iter())?;
     for _ in 0..3 {
         let mut sorted: Vec<&Rotation3<f64>> = all.iter().collect();
-        sorted.sort_by(|a, b| found.angle_to(a).total_cmp(&found.angle_to(b)));
+        sorted.sort_by(|a, b| angle_between(&found, a).total_cmp(&angle_between(&found, b)));
         sorted.truncate((TRIMMED * all.len() as f64).ceil() as usize);
         found = mean(&mut sorted.into_iter()).unwrap_or(found);
     }
