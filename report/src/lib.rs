@@ -76,8 +76,9 @@ pub use runs::{difference_sentence, runs_answer, runs_text};
 pub use shifts::shifts_text;
 pub use side_by_side::side_by_side_text;
 pub use tables::{
-    Column, Table, column, histogram, optional, orientation_table, orientation_words, parameter_rows, parameter_table,
-    plain_rows, plain_table, unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence,
+    Column, Table, column, frames_table, histogram, optional, orientation_table, orientation_words, parameter_rows,
+    parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row, validation_table, weighing_sentence,
+    wider_sentence,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};
 

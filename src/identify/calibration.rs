@@ -1,8 +1,10 @@
 //! A calibration: every parameter with its value and uncertainty, and the quality of the fit.
 
+pub use self::found_frames::FoundFrame;
 pub use super::calibration_file::{FORMAT as CALIBRATION_FORMAT, read_calibration, write_calibration};
 
 mod carry_over;
+mod found_frames;
 
 use std::sync::Arc;
 

@@ -12,8 +12,8 @@ use calibench::identify::problem::Use;
 use calibench::residuals::misfit::{abnormal, unbelievable};
 use calibench::units::MM;
 use calibench_report::{
-    Printout, RESIDUAL, abnormal_sentences, documents, fleet_sentence, orientation_words, parameter_table, shifts_text,
-    unbelievable_sentence, unresolved_sentences, weighing_sentence, wider_sentence,
+    Printout, RESIDUAL, abnormal_sentences, documents, fleet_sentence, frames_table, orientation_words, parameter_table,
+    shifts_text, unbelievable_sentence, unresolved_sentences, weighing_sentence, wider_sentence,
 };
 
 use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets, read_fleet_of, tell_fit};
@@ -125,7 +125,8 @@ pub fn story(c: &Calibration) -> Printout {
 
 /// The parameters of a fit and, below them, the fit in one sentence.
 fn fit_text(c: &Calibration) -> Printout {
-    Printout::from(parameter_table(c)) + "\n" + fit_sentence(c)
+    let frames = frames_table(c).map(|table| Printout::from(table) + "\n").unwrap_or_default();
+    Printout::from(parameter_table(c)) + "\n" + frames + fit_sentence(c)
 }
 
 /// A fit in one sentence.

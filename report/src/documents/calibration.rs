@@ -102,6 +102,40 @@ pub struct Calibration {
     /// Agreement of the robot with its fleet, if one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fleet: Option<FleetUsed>,
+    /// Base and tool as found, only if orientations were measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<FoundFrame>,
+}
+
+/// A frame as found, `Tr Rz Ry Rx`, as `dataset.toml` states it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FoundFrame {
+    /// Label of its set-up; empty if there is one only.
+    pub setup: String,
+    /// `base`, the robot in the world, or `tool`, in the flange.
+    pub frame: String,
+    /// x, y, z, mm.
+    pub position_mm: [f64; 3],
+    /// Rotations about z, the new y, the new x, deg.
+    pub rotation_deg: [f64; 3],
+    /// One-sigma of the position, mm.
+    pub sigma_mm: [f64; 3],
+    /// One-sigma of the rotations, deg.
+    pub sigma_deg: [f64; 3],
+}
+
+impl FoundFrame {
+    fn of(found: identify::calibration::FoundFrame) -> Self {
+        let [x, y, z, a, b, c] = found.sigma;
+        FoundFrame {
+            setup: found.setup,
+            frame: if found.is_base { "base" } else { "tool" }.into(),
+            position_mm: found.frame.xyz.map(|v| v / MM),
+            rotation_deg: found.frame.rz_ry_rx.map(|v| v / DEG),
+            sigma_mm: [x, y, z].map(|v| v / MM),
+            sigma_deg: [a, b, c].map(|v| v / DEG),
+        }
+    }
 }
 
 impl Parameter {
@@ -148,6 +182,11 @@ impl Calibration {
             misfit: None,
             shifts: None,
             fleet: None,
+            frames: if c.rms_orientation.is_some() {
+                c.found_frames().into_iter().map(FoundFrame::of).collect()
+            } else {
+                Vec::new()
+            },
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::Problem;
@@ -12,10 +13,30 @@ use super::batch::{BATCH, Batch, STRETCH};
 use super::error::ProblemError;
 use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{Deviating, LoadState, RowTerms};
-use super::load_workspace::LoadWorkspace;
 use super::sample_row::EvaluationContext;
 use crate::identify::TorquePosture;
+use crate::robot::Robot;
 use crate::robot::kinematics::LanePosture;
+use crate::robot::statics::{Loads, LoadsBatch, Payload, Weights};
+
+/// Workspace for the loads of a batch of samples.
+pub(in crate::identify) struct LoadWorkspace {
+    pub(super) batch: Batch,
+    pub(super) weights: Weights<BATCH>,
+    pub(super) all: LoadsBatch<BATCH>,
+    pub(super) loads: Loads,
+}
+
+impl LoadWorkspace {
+    pub(in crate::identify) fn new(robot: &Robot) -> Self {
+        LoadWorkspace {
+            batch: Batch::new(robot),
+            weights: Weights::of(&Payload::none(), &Vector3::zeros()),
+            all: LoadsBatch::new(robot.joints()),
+            loads: Loads::new(robot.joints()),
+        }
+    }
+}
 
 /// The arm of a batch of rows.
 struct ArmState<'a> {
