@@ -195,6 +195,86 @@ fn a_camera_on_the_hand_is_as_sure_as_it_says() {
 }
 
 #[test]
+fn a_camera_and_its_board_are_found_as_surely_as_is_said() {
+    // Frames of a robot whose flange is not its last frame, with an arm that is as believed.
+    let (mut squares, mut numbers) = (0.0, 0);
+    for seed in 300..312 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let robot = built_in("kr6_r700").unwrap();
+        let twin = Twin { truth: robot.clone(), nominal: Arc::new(robot), ..twin(&mut random) };
+        let mut dataset = seen_by_camera(&twin, 40, &mut random);
+        for sample in &mut dataset.samples {
+            sample.set = SampleSet::Fit;
+        }
+        let calibration = identify(&[NamedDataset::new("", &dataset)], &Model::of(&["base_frame"])).unwrap();
+        let probe = FramePose::from_pose(&Pose::from_parts(Vector3::zeros().into(), Rotation3::new(Vector3::from(PROBE))));
+        let base = twin.base.then(&twin.nominal.root.inverse());
+        let tool = twin.nominal.flange.inverse().then(&twin.tool.then(&probe));
+        for (found, truth) in calibration.found_frames().iter().zip([base, tool]) {
+            for ((found, truth), sigma) in found.frame.to_array().iter().zip(truth.to_array()).zip(found.sigma) {
+                squares += ((found - truth) / sigma).powi(2);
+                numbers += 1;
+            }
+        }
+    }
+    // 144 squares of standard normal numbers: mean 144, deviation 17.
+    assert_eq!(numbers, 144);
+    assert!((85.0..230.0).contains(&squares), "{squares}");
+}
+
+#[test]
+fn joints_of_a_hand_eye_file_are_those_of_the_flange() {
+    // Poses of the flange by arithmetic that is not ours (tests/data/tables/make.py), and the joints they are of.
+    let tables = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables");
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.toml");
+    let coordinate = |prefix: &str, axis: &str| format!("{axis} = {{ column = '{prefix}{axis}_mm', unit = 'mm' }}\n");
+    let place = |prefix: &str| ["x", "y", "z"].map(|axis| coordinate(prefix, axis)).concat();
+    let numbers = ["qx", "qy", "qz", "qw"].map(|n| format!("{{ column = 'board_{n}' }}")).join(", ");
+    let turned = ["rx", "ry", "rz"].map(|n| format!("{{ column = '{n}_rad', unit = 'rad' }}")).join(", ");
+    let text = |near: &str| {
+        format!(
+            "format = 'calibench-import/1'\nkind = 'pose'\n[columns]\n{}[rotation]\nform = 'quaternion_xyzw'\ninverse = true\ncolumns = [{numbers}]\n[flange]\n{}rotation = {{ form = 'vector', columns = [{turned}] }}\nnear_deg = {near}\n[dataset]\nrobot = 'ur5'\n[dataset.tool]\nx_mm = 0\ny_mm = 0\nz_mm = 0\nfree = true\n[dataset.noise]\npoint_um = 200.0\norientation_deg = 0.03\n",
+            place("board_"),
+            place("")
+        )
+    };
+    let read = |text: &str| {
+        std::fs::write(&map, text).unwrap();
+        import(
+            "generic",
+            &[tables.join("hand_eye_flange.csv")],
+            &ImportOptions { map: Some(map.clone()), ..Default::default() },
+        )
+    };
+    let (dataset, report) = read(&text("[-10, -95, 105, -100, -90, 20]")).unwrap();
+    assert!(report.notes.iter().any(|note| note.starts_with("the joints are a supposition")), "{:?}", report.notes);
+    assert!(dataset.provenance.contains_key("joints"));
+    let joints = std::fs::read_to_string(tables.join("hand_eye.csv")).unwrap();
+    for (line, sample) in joints.lines().skip(1).zip(&dataset.samples) {
+        for (text, q) in line.split(',').zip(&sample.q) {
+            assert!((text.parse::<f64>().unwrap() - q).abs() < 2e-5, "{}: {text} is not {q}", sample.id);
+        }
+    }
+    assert_eq!(dataset.samples.len(), 60);
+    // What cannot be is named.
+    let six = text("[-10, -95, 105, -100, -90, 20]");
+    for (wrong, said) in [
+        (text("[-10, -95, 105]"), "flange.near_deg: 3 numbers, and an arm has up to eight postures"),
+        (six.replace("[columns]", "[columns]\nq1 = { column = 'x_mm', unit = 'deg' }"), "flange: columns state the joints too"),
+        (six.replace("'ur5'", "'panda'"), "flange: a pose determines the joints of an arm of six"),
+        (six.replace("'rx_rad'", "'r'"), "there is no such column"),
+        (six.replace("unit = 'rad' }] }\n", "unit = 'rad' }], inverse = true }\n"), "flange.rotation.inverse: a controller"),
+    ] {
+        let error = read(&wrong).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    // Millimetres for metres: no row is within reach.
+    let error = read(&six.replace("'x_mm', unit = 'mm'", "'x_mm', unit = 'm'")).unwrap_err().to_string();
+    assert!(error.contains("no joints for the pose of the flange"), "{error}");
+}
+
+#[test]
 fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
     let (mut squares, mut numbers, mut chi2, mut dof) = (0.0, 0, 0.0, 0);
     for seed in 10..20 {
