@@ -76,3 +76,53 @@ fn row_of(sample: &Sample) -> &str {
         None => &sample.id,
     }
 }
+
+/// Seconds since 1970 of a date and time of day written yyyymmddhhmmss; `None` if it is incomplete or invalid.
+pub(super) fn timestamp(text: &str) -> Option<i64> {
+    if text.len() != 14 || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    let part = |from: usize, to: usize| text[from..to].parse::<i64>().ok();
+    let (year, month, day) = (part(0, 4)?, part(4, 6)?, part(6, 8)?);
+    let (hour, minute, second) = (part(8, 10)?, part(10, 12)?, part(12, 14)?);
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 => 28 + i64::from(is_leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    if !(1..=days).contains(&day) || hour > 23 || minute > 59 || second > 60 {
+        return None;
+    }
+    // Days of the proleptic Gregorian calendar, counted in years that begin in March so that the leap day comes last.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + (153 * month + 2) / 5 + day
+        - 1
+        - 719_468;
+    Some(((days * 24 + hour) * 60 + minute) * 60 + second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_date_is_counted_as_the_calendar_does() {
+        // `date -u -d '...' +%s`
+        for (text, seconds) in [
+            ("19700101000000", 0),
+            ("20200229235959", 1_583_020_799),
+            ("20200301000000", 1_583_020_800),
+            ("20200714163904", 1_594_744_744),
+            ("21000301000000", 4_107_542_400),
+        ] {
+            assert_eq!(timestamp(text), Some(seconds), "{text}");
+        }
+        // 30 February, 31 April, and 29 February of years that are not leap years.
+        let never = ["20200230000000", "20210431000000", "20210229000000", "21000229000000"];
+        for text in ["2,02011E+13", "20201100000000", "2020071416390", "20200714246060"].into_iter().chain(never) {
+            assert_eq!(timestamp(text), None, "{text}");
+        }
+    }
+}

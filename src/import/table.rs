@@ -10,8 +10,9 @@ use nalgebra::{Rotation3, Vector3};
 use sha2::{Digest, Sha256};
 
 use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Measure, Source};
-use super::flange_pose::FlangeReader;
+use super::flange_pose::JointsOfFlange;
 use super::rotation::RotationForm;
+use super::row_order::timestamp;
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
@@ -20,11 +21,11 @@ use crate::measure::dataset::columns::Column;
 use crate::measure::dataset::samples_file::Row;
 use crate::measure::dataset::samples_header::Header;
 use crate::measure::dataset::samples_text::number;
-use crate::robot::Robot;
+use crate::robot::{Pose, Robot};
 use crate::units::{DEG, MM, UM};
 
 /// Positions of the numbers of a source in a row.
-pub(super) struct Places {
+struct Places {
     column: Option<usize>,
     minus: Option<usize>,
 }
@@ -115,7 +116,7 @@ struct PointReader<'a> {
     /// Text of the columns that are the same in every row, after those of the map.
     constants: Vec<String>,
     /// Computes the joints from the pose of the flange, if there is no column of joints.
-    flange: Option<FlangeReader<'a>>,
+    flange: Option<JointsOfFlange<'a>>,
     own_id: bool,
     header: Header,
     /// Lines by their fields.
@@ -131,13 +132,16 @@ impl<'a> PointReader<'a> {
         titles: Option<&[String]>,
         robot: &'a Robot,
     ) -> Result<Self, FileError> {
-        let flange = map.flange.as_ref().map(|flange| FlangeReader::new(flange, robot, map.decimal, table.path, titles));
-        let flange = flange.transpose()?;
+        let flange = map.flange.as_ref().map(|flange| JointsOfFlange::new(flange, robot));
         let place = |source: &Source| place(table.path, titles, source);
         let row = RowReader {
             map,
             columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
             rotation: map.rotation.iter().flat_map(|r| &r.numbers).map(|(s, _)| place(s)).collect::<Result<_, FileError>>()?,
+            flange: [
+                map.flange.iter().flat_map(|f| &f.position).map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
+                map.flange.iter().flat_map(|f| &f.rotation.numbers).map(|(s, _)| place(s)).collect::<Result<_, FileError>>()?,
+            ],
             extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
             titled: titles.map_or(usize::MAX, <[String]>::len),
         };
@@ -173,7 +177,7 @@ impl<'a> PointReader<'a> {
             Entry::Vacant(place) => _ = place.insert(source.line),
         }
         if let Some(flange) = &mut self.flange {
-            fields.extend(flange.joints(&source.fields)?);
+            fields.extend(flange.at(&self.row.flange(&source.fields)?)?);
         }
         let suffix = self.of.map(|of| format!("/{of}")).unwrap_or_default();
         if let Some(id) = self.row.map.columns.iter().position(|m| m.column == Column::Id) {
@@ -207,6 +211,8 @@ struct RowReader<'a> {
     columns: Vec<Places>,
     /// Places of the numbers of the orientation.
     rotation: Vec<Places>,
+    /// Places of the coordinates of the flange, and of the numbers of its orientation.
+    flange: [Vec<Places>; 2],
     /// Places of the extra columns.
     extra: Vec<Places>,
     /// Number of columns with a title.
@@ -231,6 +237,19 @@ impl RowReader<'_> {
             fields.extend(vector.iter().map(|angle| number(*angle, DEG)));
         }
         Ok(fields)
+    }
+
+    /// The pose of the flange as stated, from which the joints are computed.
+    fn flange(&self, source: &StringRecord) -> Result<Pose, String> {
+        let [position, rotation] = &self.flange;
+        let map = self.map.flange.as_ref().ok_or("there is no pose of the flange")?;
+        let mut at = Vector3::zeros();
+        for (k, (mapped, places)) in map.position.iter().zip(position).enumerate() {
+            let text = value(source, places, mapped, self.map.decimal)?;
+            at[k] = text.parse::<f64>().map_err(|_| "the position of the flange is empty")? * MM;
+        }
+        let turned = vector_of(source, rotation, &map.rotation, self.map.decimal)?;
+        Ok(Pose::from_parts(at.into(), Rotation3::new(turned)))
     }
 
     /// Replaces the position of the world in the tool by that of the tool in the world.
@@ -269,7 +288,7 @@ impl RowReader<'_> {
 }
 
 /// The rotation vector of a rotation as stated, rad.
-pub(super) fn vector_of(
+fn vector_of(
     source: &StringRecord,
     places: &[Places],
     rotation: &MappedRotation,
@@ -291,7 +310,7 @@ pub(super) fn vector_of(
 }
 
 /// Finds a source in the header.
-pub(super) fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Places, FileError> {
+fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Places, FileError> {
     let find = |name: &ColumnName| match name {
         ColumnName::Place(place) => Ok(Some(place - 1)),
         ColumnName::Title(title) => match titles.unwrap_or_default().iter().position(|t| t == title) {
@@ -315,7 +334,7 @@ pub(super) fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> 
 
 /// Text for a column of the dataset; empty if an optional source has no value. The error is the reason why the row cannot be
 /// used.
-pub(super) fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal: char) -> Result<String, String> {
+fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal: char) -> Result<String, String> {
     let MappedColumn { source, measure, column } = mapped;
     let field = |place: usize| fields.get(place).map(str::trim).unwrap_or_default();
     let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {
@@ -344,54 +363,4 @@ pub(super) fn value(fields: &StringRecord, places: &Places, mapped: &MappedColum
         _ => 1.0,
     };
     Ok(number(value * si, unit))
-}
-
-/// Seconds since 1970 of a date and time of day written yyyymmddhhmmss; `None` if it is incomplete or invalid.
-fn timestamp(text: &str) -> Option<i64> {
-    if text.len() != 14 || !text.bytes().all(|b| b.is_ascii_digit()) {
-        return None;
-    }
-    let part = |from: usize, to: usize| text[from..to].parse::<i64>().ok();
-    let (year, month, day) = (part(0, 4)?, part(4, 6)?, part(6, 8)?);
-    let (hour, minute, second) = (part(8, 10)?, part(10, 12)?, part(12, 14)?);
-    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let days = match month {
-        2 => 28 + i64::from(is_leap),
-        4 | 6 | 9 | 11 => 30,
-        1..=12 => 31,
-        _ => return None,
-    };
-    if !(1..=days).contains(&day) || hour > 23 || minute > 59 || second > 60 {
-        return None;
-    }
-    // Days of the proleptic Gregorian calendar, counted in years that begin in March so that the leap day comes last.
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let days = 365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + (153 * month + 2) / 5 + day
-        - 1
-        - 719_468;
-    Some(((days * 24 + hour) * 60 + minute) * 60 + second)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_date_is_counted_as_the_calendar_does() {
-        // `date -u -d '...' +%s`
-        for (text, seconds) in [
-            ("19700101000000", 0),
-            ("20200229235959", 1_583_020_799),
-            ("20200301000000", 1_583_020_800),
-            ("20200714163904", 1_594_744_744),
-            ("21000301000000", 4_107_542_400),
-        ] {
-            assert_eq!(timestamp(text), Some(seconds), "{text}");
-        }
-        // 30 February, 31 April, and 29 February of years that are not leap years.
-        let never = ["20200230000000", "20210431000000", "20210229000000", "21000229000000"];
-        for text in ["2,02011E+13", "20201100000000", "2020071416390", "20200714246060"].into_iter().chain(never) {
-            assert_eq!(timestamp(text), None, "{text}");
-        }
-    }
 }

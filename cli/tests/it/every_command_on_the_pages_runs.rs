@@ -48,6 +48,7 @@ pages! {
     own_effect: "docs/first-hour/own-effect.md",
     tracker: "docs/first-hour/tracker.md",
     fleets: "docs/fleets.md",
+    hand_eye: "docs/hand-eye.md",
     importing: "docs/importing.md",
     install: "docs/install.md",
     robot_files: "docs/robot-files.md",

@@ -1,11 +1,10 @@
 //! Orientations beside the positions of an unknown table: which columns they are, and the form and unit in which they fit the arm.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3};
 
-use super::proposal::{Proposal, Tried, units};
+use super::proposal::{Proposal, Tried, Turned, units};
 use crate::import::initial_setup::flanges;
 use crate::import::rotation::RotationForm;
 use crate::import::unknown_table::{TARGETS, Table};
@@ -26,9 +25,6 @@ const BETTER: f64 = 0.9;
 
 /// Name by itself of a part of an orientation, shorter than which it may be the end of another word (`laserx`).
 const A_WORD: usize = 4;
-
-/// Noise of an orientation that a map states before the ratio of the residuals gives its weight, deg.
-const WEIGHT_DEG: f64 = 0.05;
 
 /// Names of the numbers of an orientation, without separators, and the forms that they may be in, the likeliest first.
 const NAMES: [(&[&str], &[RotationForm]); 16] = [
@@ -57,53 +53,10 @@ const OF_THREE: [RotationForm; 5] =
 /// Words of columns that are about an orientation, and not the orientation.
 const ABOUT: [&str; 9] = ["std", "sigma", "err", "error", "dif", "dev", "delta", "vel", "acc"];
 
-/// An orientation of a proposal.
-#[derive(Clone)]
-pub(super) struct Turned {
-    pub form: RotationForm,
-    pub columns: Vec<usize>,
-    /// Unit of its angles.
-    pub unit: &'static str,
-    /// True if the rows state the world in the tool: a camera on the flange that sees a fixed board.
-    pub inverse: bool,
-}
-
 /// Columns that may be an orientation, and the forms that they may be in.
 struct Named {
     columns: Vec<usize>,
     forms: &'static [RotationForm],
-}
-
-impl Turned {
-    /// The part of a map that states it.
-    pub fn map(&self, table: &Table) -> String {
-        let unit = if self.form.has_angles() { format!(", unit = \"{}\"", self.unit) } else { String::new() };
-        let columns: Vec<String> = self.columns.iter().map(|&k| format!("{{ column = {}{unit} }}", table.named(k))).collect();
-        let mut map = format!("\n[rotation]\nform = \"{}\"\ncolumns = [{}]\n", self.form.name(), columns.join(", "));
-        if self.inverse {
-            _ = writeln!(map, "inverse = true");
-        }
-        map
-    }
-
-    /// The noise that a map of poses states.
-    pub fn noise() -> String {
-        format!(
-            "\n# A weight beside the positions, until their noise is stated.\n[dataset.noise]\norientation_deg = {WEIGHT_DEG}\n"
-        )
-    }
-
-    /// The orientation in words, and how well it fits.
-    fn words(&self, table: &Table, angle: f64) -> String {
-        let unit = if self.form.has_angles() { format!(" in {}", self.unit) } else { String::new() };
-        let sense = if self.inverse { ", the world seen from the tool" } else { "" };
-        format!(
-            "orientations: {} as `{}`{unit}{sense}, from which the nominal arm is {:.2} deg (median)",
-            table.titles(&self.columns),
-            self.form.name(),
-            angle / DEG
-        )
-    }
 }
 
 /// Adds the orientation beside the positions of a proposal, if one fits the arm; what is found in words.
@@ -120,7 +73,7 @@ pub(super) fn add(proposal: &mut Proposal<'_>, path: &Path) -> Vec<String> {
             }
         }
         if let Some((angle, turned)) = best {
-            let said = turned.words(table, angle);
+            let said = in_words(&turned, table, angle);
             proposal.rotation = Some(turned);
             return vec![said];
         }
@@ -131,6 +84,18 @@ pub(super) fn add(proposal: &mut Proposal<'_>, path: &Path) -> Vec<String> {
     }
     // Columns that have no name are no orientation unless they fit as one.
     if table.header { left_out } else { Vec::new() }
+}
+
+/// An orientation in words, and how well it fits.
+fn in_words(turned: &Turned, table: &Table, angle: f64) -> String {
+    let unit = if turned.form.has_angles() { format!(" in {}", turned.unit) } else { String::new() };
+    let sense = if turned.inverse { ", the world seen from the tool" } else { "" };
+    format!(
+        "orientations: {} as `{}`{unit}{sense}, from which the nominal arm is {:.2} deg (median)",
+        table.titles(&turned.columns),
+        turned.form.name(),
+        angle / DEG
+    )
 }
 
 /// Columns beside joints and positions that may be an orientation.
@@ -152,7 +117,7 @@ pub(super) fn seen_from_the_tool<'a>(plain: &Proposal<'a>, path: &Path) -> Optio
         }
     }
     let (tried, angle) = best?;
-    let said = tried.proposal.rotation.as_ref()?.words(table, angle);
+    let said = in_words(tried.proposal.rotation.as_ref()?, table, angle);
     Some((tried, said))
 }
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::orientation::Turned;
 use crate::import::column_map::ColumnMap;
 use crate::import::generic::by_map;
+use crate::import::rotation::RotationForm;
 use crate::import::unknown_table::{Table, TableColumn};
 use crate::import::{ImportError, ImportOptions};
 use crate::measure::dataset::{Dataset, Measured};
@@ -20,6 +20,20 @@ const MOST_NAMED: usize = 12;
 
 /// Number of rows that are shown.
 const SHOWN: usize = 3;
+
+/// Noise of an orientation that a map states before the ratio of the residuals gives its weight, deg.
+const WEIGHT_DEG: f64 = 0.05;
+
+/// An orientation of a proposal.
+#[derive(Clone)]
+pub(super) struct Turned {
+    pub form: RotationForm,
+    pub columns: Vec<usize>,
+    /// Unit of its angles.
+    pub unit: &'static str,
+    /// True if the rows state the world in the tool: a camera on the flange that sees a fixed board.
+    pub inverse: bool,
+}
 
 /// Assumptions about a table.
 #[derive(Clone)]
@@ -49,6 +63,26 @@ pub(super) struct Tried<'a> {
     pub share: f64,
     pub proposal: Proposal<'a>,
     pub dataset: Dataset,
+}
+
+impl Turned {
+    /// The part of a map that states it.
+    pub fn map(&self, table: &Table) -> String {
+        let unit = if self.form.has_angles() { format!(", unit = \"{}\"", self.unit) } else { String::new() };
+        let columns: Vec<String> = self.columns.iter().map(|&k| format!("{{ column = {}{unit} }}", table.named(k))).collect();
+        let mut map = format!("\n[rotation]\nform = \"{}\"\ncolumns = [{}]\n", self.form.name(), columns.join(", "));
+        if self.inverse {
+            _ = writeln!(map, "inverse = true");
+        }
+        map
+    }
+
+    /// The noise that a map of poses states.
+    pub fn noise() -> String {
+        format!(
+            "\n# A weight beside the positions, until their noise is stated.\n[dataset.noise]\norientation_deg = {WEIGHT_DEG}\n"
+        )
+    }
 }
 
 impl<'a> Proposal<'a> {
