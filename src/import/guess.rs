@@ -183,6 +183,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
             "left out, though they may be positions too: {named}; if they are the measured ones, correct the map"
         ));
     }
+    reasons.extend(dataset.beyond_limits().iter().map(ToString::to_string));
     reasons.extend(proposal.not_used());
     Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual, dataset })
 }

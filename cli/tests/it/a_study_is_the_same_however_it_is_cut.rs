@@ -105,6 +105,18 @@ fn shards_of_any_size_merge_to_the_bytes_of_one_run() {
             .unwrap();
     assert!(bytes(&folder, "merged.csv") == bytes(&folder, "whole.csv"));
     assert_eq!((told["first"].as_u64(), told["trials"].as_u64()), (Some(2), Some(6)));
+    // A number that a study never writes is named by its line and column.
+    let text = String::from_utf8(bytes(&folder, "6.csv")).unwrap();
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "rms_mm").unwrap();
+    let spoiled = |(k, line): (usize, &str)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        if k == 2 {
+            fields[column] = "NaN";
+        }
+        fields.join(",") + "\n"
+    };
+    fs::write(folder.path().join("spoiled.csv"), text.lines().enumerate().map(spoiled).collect::<String>()).unwrap();
+    refused(&folder, &["sim", "merge", "2.csv", "spoiled.csv", "5.csv"], "spoiled.csv:3: rms_mm: `NaN` is not a finite number");
     // The summary of the shards is that of the whole.
     let mut whole: Value = serde_json::from_slice(&done(&folder, &["sim", "merge", "whole.csv", "--json"])).unwrap();
     assert_eq!(whole, told);

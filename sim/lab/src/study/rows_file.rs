@@ -133,6 +133,13 @@ impl RowsReader {
             let remedy = "the table was changed after it was written: make it again";
             return Err(FileError { line, field: "trial".into(), ..FileError::whole(&self.path, problem, remedy) });
         }
+        if let Some(column) = self.record.iter().position(is_no_finite_number) {
+            let line = self.record.position().map(|p| p.line() as usize);
+            let problem = format!("`{}` is not a finite number", &self.record[column]);
+            let remedy = "the table was changed after it was written: make it again";
+            let field = self.header.get(column).unwrap_or_default().into();
+            return Err(FileError { line, field, ..FileError::whole(&self.path, problem, remedy) });
+        }
         self.rows += 1;
         if self.is_whole() {
             self.whole = self.reader.position().byte();
@@ -273,6 +280,12 @@ fn end_of_lines(file: &mut File) -> std::io::Result<u64> {
     }
     file.rewind()?;
     Ok(end)
+}
+
+/// True of a number that a study never writes: where it has none, it leaves the field empty.
+fn is_no_finite_number(text: &str) -> bool {
+    let first = text.trim_start_matches(['-', '+']).as_bytes().first();
+    matches!(first, Some(b'n' | b'N' | b'i' | b'I')) && text.parse::<f64>().is_ok_and(|v| !v.is_finite())
 }
 
 fn not_csv(path: &Path, e: &csv::Error) -> FileError {
