@@ -40,6 +40,10 @@ const ORIENTED_ROWS: usize = 120;
 /// Smallest number of degrees of freedom with which a misfit can be judged.
 const LEAST_FREEDOM: isize = 9;
 
+/// Largest residual, in multiples of the largest one expected, at which a fit of the arm that is linear about the nominal one is tried
+/// first.
+const NEAR: f64 = 3.0;
+
 /// Smallest number of postures with which a misfit can be judged, however often each was measured.
 const LEAST_POSTURES: usize = 4;
 
@@ -91,6 +95,7 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
     let judged = Judged { dataset, whole: &whole, some: &some, fitted: &fitted, nominal: &nominal };
     let misfit = judged
         .rows()
+        .or_else(|| judged.instrument_of_distances())
         .or_else(|| judged.places(which, name))
         .or_else(|| judged.orientations())
         .or_else(|| judged.targets())
@@ -177,6 +182,14 @@ impl Judged<'_> {
         }
         let instrument::Instrument { left, slips } = instrument::judge(self.some)?;
         Some(self.misfit(Measure::Places, [left, self.nominal.expected], Cause::Slips, slips))
+    }
+
+    /// Distances that exceed what is expected, and that a slip of the instrument explains beside a fitted arm: the nominal arm
+    /// leaves too much to tell the constant of an anchor from its place.
+    fn instrument_of_distances(&self) -> Option<Misfit> {
+        let NominalFit { residual, expected: most, .. } = *self.nominal;
+        let is_near = residual > most && residual <= NEAR * most;
+        (is_near && self.some.has_distances_alone()).then(|| self.instrument()).flatten()
     }
 
     fn ball_distances(&self) -> Option<Misfit> {

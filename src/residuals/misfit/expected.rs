@@ -87,14 +87,10 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     let robot = &campaign.robot;
     let subject = Subject::new(robot, &[]);
     let lengths = (reach(robot) / REACH_OF_CATALOGUE).max(1.0);
-    let mut links: Vec<(Site, f64)> = Vec::new();
-    if let Ok(mdh) = effects::build(EffectId::MDH, &subject) {
-        for &(k, site, weight) in mdh.constant().unwrap_or_default() {
-            let prior = ILL_ASSEMBLED * mdh.parameters()[k].prior * weight;
-            let is_length = matches!(site, Site::Mdh(_, MdhEntry::A | MdhEntry::D));
-            links.push((site, if is_length { prior * lengths } else { prior }));
-        }
-    }
+    let links: Vec<(Site, f64)> = errors_of_links(robot)
+        .into_iter()
+        .map(|(site, prior)| (site, if is_length(site) { prior * lengths } else { prior }))
+        .collect();
     let harmonics: Vec<f64> = [EffectId::HARMONIC_1, EffectId::HARMONIC_2]
         .iter()
         .filter_map(|id| effects::build(id, &subject).ok())
@@ -116,9 +112,12 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
         for j in 0..n {
             let turn = posture.motion(j);
             for (h, size) in harmonics.iter().enumerate() {
-                let (sin, cos) = ((h + 1) as f64 * shot.q[j]).sin_cos();
-                put(c, turn * (sin * size));
-                put(c + 1, turn * (cos * size));
+                // A slide has no turns, and a slow wave over it would pass for its scale.
+                if robot.kind(j) == JointKind::Revolute {
+                    let (sin, cos) = ((h + 1) as f64 * shot.q[j]).sin_cos();
+                    put(c, turn * (sin * size));
+                    put(c + 1, turn * (cos * size));
+                }
                 c += 2;
             }
             put(c, turn * torques[(k, j)]);
@@ -126,6 +125,30 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
         }
     }
     columns
+}
+
+/// Errors of the links, each with its one-sigma size, SI, of an arm with the reach of the catalogue.
+fn errors_of_links(robot: &Robot) -> Vec<(Site, f64)> {
+    let Ok(mdh) = effects::build(EffectId::MDH, &Subject::new(robot, &[])) else { return Vec::new() };
+    let sized = |&(k, site, weight): &(usize, Site, f64)| (site, ILL_ASSEMBLED * mdh.parameters()[k].prior * weight);
+    mdh.constant().unwrap_or_default().iter().map(sized).collect()
+}
+
+fn is_length(site: Site) -> bool {
+    matches!(site, Site::Mdh(_, MdhEntry::A | MdhEntry::D))
+}
+
+/// Of the columns of the arm in [`Designs`], those that are lengths of links.
+pub(super) fn columns_of_lengths(robot: &Robot) -> Vec<usize> {
+    errors_of_links(robot).iter().enumerate().filter(|(_, (site, _))| is_length(*site)).map(|(c, _)| c).collect()
+}
+
+/// Column of the arm in [`Designs`] along which a joint slides, and its one-sigma size, m.
+pub(super) fn column_of_slide(robot: &Robot, joint: usize) -> Option<(usize, f64)> {
+    let links = errors_of_links(robot);
+    let lengths = (reach(robot) / REACH_OF_CATALOGUE).max(1.0);
+    let at = links.iter().position(|(site, _)| *site == Site::mdh(joint, MdhEntry::D))?;
+    Some((at, links[at].1 * lengths))
 }
 
 /// One-sigma deflection of each joint at each row, rad: proportional to the torque, zero if no masses are known.
@@ -197,6 +220,43 @@ fn without_frames(campaign: &Campaign, frames: &Frames, columns: DMatrix<f64>) -
     (0..normal.nrows()).for_each(|k| normal[(k, k)] += 1e-12 * size);
     let held = cholesky(normal)?.solve(&design.tr_mul(&arm));
     Ok(arm - design * held)
+}
+
+/// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other
+/// rows of a set-up, m.
+pub(super) fn signal(campaign: &Campaign) -> f64 {
+    let flanges = flanges(&campaign.robot, campaign);
+    let mut groups = std::collections::BTreeMap::new();
+    for (shot, flange) in campaign.shots.iter().zip(&flanges) {
+        let ball = match shot.seen {
+            Seen::Ball { ball, .. } => ball,
+            _ => usize::MAX,
+        };
+        groups.entry((shot.setup, ball)).or_insert_with(Vec::new).push(flange.translation.vector);
+    }
+    rms_about_means(groups.values(), campaign.shots.len())
+}
+
+fn rms_about_means<'a>(groups: impl Iterator<Item = &'a Vec<Vector3<f64>>>, count: usize) -> f64 {
+    let squares = |all: &Vec<Vector3<f64>>| {
+        let mean = all.iter().sum::<Vector3<f64>>() / all.len() as f64;
+        all.iter().map(|p| (p - mean).norm_squared()).sum::<f64>()
+    };
+    (groups.map(squares).sum::<f64>() / count.max(1) as f64).sqrt()
+}
+
+/// Spread of what was measured: rms of positions, of distances from each anchor and of known balls about their means, m.
+pub(super) fn spread(campaign: &Campaign) -> f64 {
+    let mut groups = std::collections::BTreeMap::new();
+    for shot in &campaign.shots {
+        let (group, at) = match shot.seen {
+            Seen::Point(point) => ((0, shot.setup), point),
+            Seen::Ball { ball, .. } => ((1, 0), campaign.balls[ball].position),
+            Seen::Distance { anchor, distance } => ((2, anchor), Vector3::new(distance, 0.0, 0.0)),
+        };
+        groups.entry(group).or_insert_with(Vec::new).push(at);
+    }
+    rms_about_means(groups.values(), campaign.shots.len())
 }
 
 /// 99.9 % quantile and median of a quadratic form of standard normal variables.

@@ -51,8 +51,15 @@ impl Family {
             };
             all.push(Family::new(zeros(-5), move |p| Slip::JointScale(j, [1.0, within_a_turn(p[0], turns)])));
             all.push(Family::new(zeros(-6), move |p| Slip::JointScale(j, [-1.0, within_a_turn(p[0], turns)])));
-            let scales = SCALES.map(|by| vec![by, 0.0]).to_vec();
-            all.push(Family::new(scales, move |p| Slip::JointScale(j, [p[0], within_a_turn(p[1], turns)])));
+            if !turns {
+                let scales = scales_of_slide(campaign, j).map(|by| vec![by]).to_vec();
+                all.push(Family::new(scales, move |p| Slip::JointScale(j, [p[0], 0.0])));
+            }
+            // Of a first joint that slides, the base has the zero.
+            if turns || j > 0 {
+                let scales = SCALES.map(|by| vec![by, 0.0]).to_vec();
+                all.push(Family::new(scales, move |p| Slip::JointScale(j, [p[0], within_a_turn(p[1], turns)])));
+            }
             // Of the first and the last link, base and tool have the lengths.
             if j > 0 {
                 all.push(Family::new(vec![vec![0.0]], move |p| Slip::Length(j, Along::X, p[0])));
@@ -84,6 +91,16 @@ impl Family {
         let start = best.cloned().unwrap_or_default();
         (self.slip)(&refined(campaign, &*self.slip, start))
     }
+}
+
+/// Scales from which the fit of a joint that slides starts: whatever it counts in, it slid over some part of its range.
+fn scales_of_slide(campaign: &Campaign, joint: usize) -> [f64; 8] {
+    let counted = campaign.shots.iter().map(|shot| shot.q[joint]);
+    let least = counted.clone().fold(f64::INFINITY, f64::min);
+    let over = (counted.fold(f64::NEG_INFINITY, f64::max) - least).max(f64::MIN_POSITIVE);
+    let [low, high] = campaign.robot.links[joint].limits;
+    let range = if (high - low).is_finite() { high - low } else { 1.0 };
+    [1.0, 0.5, 0.2, 0.05, -1.0, -0.5, -0.2, -0.05].map(|part| part * range / over)
 }
 
 /// Zeros of all joints, then signs and zeros, then scales and zeros; each starts from the best values of one joint after the

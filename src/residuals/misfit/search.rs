@@ -3,13 +3,13 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::campaign::{Campaign, Seen};
+use super::campaign::Campaign;
 use super::data_fit::{Cause, SlipTried};
-use super::expected::expected;
-use super::frames::{Fitted, Frames, flanges, misses};
+use super::expected::{expected, signal, spread};
+use super::frames::{Fitted, Frames, misses};
 use super::freed::{Family, all_joints};
 use super::slip::{LENGTHS, Slip};
-use super::slip_words::scaled;
+use super::slip_words::{scaled, words_of_place};
 use super::starts::fit;
 use crate::measure::dataset::Dataset;
 use crate::robot::Pose;
@@ -265,7 +265,11 @@ impl Search<'_> {
     fn tried(&self, trials: Vec<Trial>) -> Vec<SlipTried> {
         let slip = |t: Trial| {
             let names: Vec<String> = t.slips.iter().map(|s| s.name(self.some)).collect();
-            let words: Vec<String> = t.slips.iter().map(|s| s.words(self.some)).collect();
+            let words_of = |s: &Slip| match *s {
+                Slip::Anchor(a) => words_of_place(self.some, a, &t.fitted.frames.anchors[a]),
+                _ => s.words(self.some),
+            };
+            let words: Vec<String> = t.slips.iter().map(words_of).collect();
             SlipTried { slip: names.join("+"), residual: t.fitted.robust, words: words.join(" and ") }
         };
         let mut seen = Vec::new();
@@ -332,41 +336,4 @@ fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
         Some(Trial { slips: slips.clone(), fitted, score })
     };
     all.par_iter().filter_map(one).collect()
-}
-
-/// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other
-/// rows of a set-up, m.
-fn signal(campaign: &Campaign) -> f64 {
-    let flanges = flanges(&campaign.robot, campaign);
-    let mut groups = std::collections::BTreeMap::new();
-    for (shot, flange) in campaign.shots.iter().zip(&flanges) {
-        let ball = match shot.seen {
-            Seen::Ball { ball, .. } => ball,
-            _ => usize::MAX,
-        };
-        groups.entry((shot.setup, ball)).or_insert_with(Vec::new).push(flange.translation.vector);
-    }
-    rms_about_means(groups.values(), campaign.shots.len())
-}
-
-fn rms_about_means<'a>(groups: impl Iterator<Item = &'a Vec<Vector3<f64>>>, count: usize) -> f64 {
-    let squares = |all: &Vec<Vector3<f64>>| {
-        let mean = all.iter().sum::<Vector3<f64>>() / all.len() as f64;
-        all.iter().map(|p| (p - mean).norm_squared()).sum::<f64>()
-    };
-    (groups.map(squares).sum::<f64>() / count.max(1) as f64).sqrt()
-}
-
-/// Spread of what was measured: rms of positions, of distances from each anchor and of known balls about their means, m.
-fn spread(campaign: &Campaign) -> f64 {
-    let mut groups = std::collections::BTreeMap::new();
-    for shot in &campaign.shots {
-        let (group, at) = match shot.seen {
-            Seen::Point(point) => ((0, shot.setup), point),
-            Seen::Ball { ball, .. } => ((1, 0), campaign.balls[ball].position),
-            Seen::Distance { anchor, distance } => ((2, anchor), Vector3::new(distance, 0.0, 0.0)),
-        };
-        groups.entry(group).or_insert_with(Vec::new).push(at);
-    }
-    rms_about_means(groups.values(), campaign.shots.len())
 }

@@ -222,7 +222,7 @@ impl Slip {
             JointScales(all) => {
                 all.iter().map(|[by, zero]| usize::from((by.abs() - 1.0).abs() > 0.0) + usize::from(*zero != 0.0)).sum()
             }
-            JointScale(_, [by, _]) => 1 + usize::from((by.abs() - 1.0).abs() > 0.0),
+            JointScale(_, [by, zero]) => usize::from(*zero != 0.0) + usize::from((by.abs() - 1.0).abs() > 0.0),
             Length(..) | PointScale(_) | DistanceConstant(_) => 1,
             DistanceScale(by) => usize::from(!LENGTHS.contains(by) && *by != 2.0 && *by != 0.5),
             _ => 0,

@@ -1,5 +1,7 @@
 //! What slips are called: their names in files, and their corrections in words.
 
+use nalgebra::Vector3;
+
 use super::campaign::Campaign;
 use super::slip::{Along, LENGTHS, Slip};
 use crate::effects::EffectId;
@@ -83,11 +85,12 @@ impl Slip {
             Slip::Robot(name) => format!("the robot taken to be a {name}"),
             Slip::Commanded => "the commanded joints in place of those read back".into(),
             Slip::JointScale(j, [by, zero]) => {
-                let turns = campaign.robot.kind(j) == JointKind::Revolute;
+                let (turns, no_zero) = (campaign.robot.kind(j) == JointKind::Revolute, zero == 0.0);
                 let zero = if turns { format!("{:+.2} deg", zero / DEG) } else { format!("{:+.2} mm", zero / MM) };
                 match by {
                     1.0 => format!("joint {} with {zero} added to it", j + 1),
                     -1.0 => format!("joint {} counted the other way, with {zero} added to it", j + 1),
+                    _ if no_zero => format!("the scale of joint {}, times {by:.6},", j + 1),
                     _ => format!("joint {} multiplied by {by:.4}, with {zero} added to it", j + 1),
                 }
             }
@@ -136,6 +139,29 @@ impl Slip {
             Slip::Only(setup, ref slip) => format!("of {}, {}", campaign.places[setup].name, slip.words(campaign)),
         }
     }
+}
+
+/// The correction of an anchor that was found here, as [`Slip::words`]. Of three anchors the other two let arm and anchor turn
+/// about the line between them, and nothing is known of its place along that turn.
+pub(super) fn words_of_place(campaign: &Campaign, anchor: usize, found: &Vector3<f64>) -> String {
+    let stated = &campaign.anchors[anchor];
+    let mut off = found - stated.position;
+    let others: Vec<Vector3<f64>> = (0..campaign.anchors.len())
+        .filter(|&a| a != anchor && campaign.sights(a))
+        .map(|a| campaign.anchors[a].position)
+        .collect();
+    let mut least = "";
+    if let [a, b] = others[..] {
+        least = "at least ";
+        let turn = (b - a).cross(&(stated.position - a));
+        off -= turn * (turn.dot(&off) / turn.norm_squared().max(f64::MIN_POSITIVE));
+    }
+    let [x, y, z] = [off.x, off.y, off.z].map(|x| x / MM);
+    format!(
+        "anchor {} at another place than stated, {least}{:.1} mm away ({x:+.1}, {y:+.1}, {z:+.1} mm),",
+        stated.id,
+        off.norm() / MM
+    )
 }
 
 pub(super) fn scaled(by: f64) -> &'static str {
