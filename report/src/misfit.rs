@@ -6,6 +6,9 @@ use calibench::units::{DEG, MM};
 /// Smallest reach, m, in parts of which a residual is said: links shorter than that are those of a hand with crossing axes.
 const LEAST_REACH: f64 = 10.0 * MM;
 
+/// Residuals that differ by no more than this share are the same: no digit of those that are printed tells them apart.
+const SAME: f64 = 0.01;
+
 /// The residual of the nominal arm on a dataset, on one line.
 pub fn nominal_fit_line(fit: &NominalFit) -> String {
     // Two joints with crossing axes reach nowhere, and a share of that says nothing.
@@ -62,9 +65,13 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
         }
         Cause::Slips => {
             let others: Vec<&str> = slips.iter().skip(1).map(|s| s.slip.as_str()).collect();
-            let or = match others.as_slice() {
-                [] => String::new(),
-                others => format!(", and these data cannot distinguish it from {}", others.join(", ")),
+            let is_same = |a: f64, b: f64| (a - b).abs() <= SAME * a.max(b);
+            let or = match slips.as_slice() {
+                [] | [_] => String::new(),
+                [first, second] if is_same(first.residual, second.residual) => {
+                    format!(", or {} ({}), which leaves the same", second.words.trim_end_matches(','), second.slip)
+                }
+                _ => format!(", and these data cannot distinguish it from {}", others.join(", ")),
             };
             let why = if *within_expected { ", and a slip would explain it" } else { "" };
             let explained = first.map_or(String::new(), |s| format!("{} leaves {}", s.words, size(s.residual)));

@@ -1,5 +1,5 @@
 //! A mistake that errors of the arm nearly hide is told from them, and of the right thing: one anchor of several that stands
-//! elsewhere, the step in which a rail counts, the scale of a tracker.
+//! elsewhere, the step in which a rail counts, the scale of a tracker. Where two mistakes leave the same, both are named.
 //!
 //! Arms scatter by 0.1 deg and 0.3 mm, the instrument by 50 um.
 
@@ -134,6 +134,26 @@ fn the_scale_of_a_tracker_is_told_from_longer_links() {
         let found = misfit(&data).expect("a metre of another length");
         assert_eq!(names(&found), ["scale:points"], "{by}: {found:?}");
     }
+}
+
+#[test]
+fn two_mistakes_that_leave_the_same_are_both_named() {
+    let random = &mut ChaCha8Rng::seed_from_u64(300);
+    // On a wrist with one centre, joint 5 the other way is joint 4 half a turn farther.
+    let mut data = measured(built_in("kr6_r700").unwrap(), 0, 1.0, random);
+    data.samples.iter_mut().for_each(|s| s.q[4] = -s.q[4]);
+    let found = misfit(&data).expect("a sign");
+    let mut both = names(&found);
+    both.sort_unstable();
+    assert_eq!(both, ["joint_sign:5", "joint_zero:4"], "{found:?}");
+    // On one without, both at once are a length of the wrist that points the other way.
+    let mut data = measured(built_in("ur5").unwrap(), 0, 1.0, random);
+    data.samples.iter_mut().for_each(|s| (s.q[3], s.q[4]) = (s.q[3] + PI, -s.q[4]));
+    let found = misfit(&data).expect("a sign and a zero");
+    let both = names(&found);
+    let simplest: Vec<&str> = both[0].split('+').collect();
+    assert!(simplest.contains(&"joint_sign:5") && simplest.contains(&"joint_zero:4"), "{found:?}");
+    assert!(both.len() == 2 && both[1] == "length:d5", "{found:?}");
 }
 
 /// The study behind the scale of a tracker: two hundred right arms, good and poor, and as many with a scale of 0.5 to 3 %.

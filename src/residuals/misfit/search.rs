@@ -47,6 +47,8 @@ const ALL_ARE_BETTER: f64 = 1.0 / 3.0;
 const TOLD_BELOW: f64 = 0.8;
 /// Residuals that differ by less than this share are the same.
 const SAME: f64 = 0.005;
+/// A slip leaves the same as another if their residuals differ by no more than this share.
+const LEAVES_SAME: f64 = 0.01;
 /// Slips with residuals up to this multiple of the smallest cannot be distinguished.
 const ALIKE: f64 = 1.25;
 /// Penalty factor on the residual of a slip with additional unknowns.
@@ -134,6 +136,9 @@ impl Search<'_> {
                 found = more;
             }
         }
+        if too_large && !found.is_empty() {
+            self.add_equivalent(&mut found, &singles, &few);
+        }
         if !found.is_empty() {
             return Some((Cause::Slips, self.tried(found)));
         }
@@ -146,6 +151,41 @@ impl Search<'_> {
         told_apart(&mut tried);
         tried.truncate(TOLD);
         Some((Cause::Unknown, self.tried(tried)))
+    }
+
+    /// Adds to the best of what was found signs and zeros of joints, one or two, that leave the same, the simplest first: a joint that
+    /// counts the other way is, on many wrists, another one half a turn farther. What is listed and something without a trace is
+    /// nothing else.
+    fn add_equivalent(&self, found: &mut Vec<Trial>, singles: &[Vec<Slip>], few: &Campaign) {
+        let counts = |s: &Slip| matches!(s, Slip::JointSign(_) | Slip::JointZero(..));
+        let is_of_arm = |s: &Slip| counts(s) || matches!(s, Slip::JointScale(..) | Slip::Length(..));
+        let best = &found[0];
+        if !best.slips.iter().all(is_of_arm) {
+            return;
+        }
+        let is_same = |other: f64, own: f64, by: f64| (other - own).abs() <= by * own;
+        let on_few = fit(&undone(few, &best.slips)).robust;
+        let name = |slips: &[Slip]| slips.iter().map(|s| s.name(self.some)).collect::<Vec<_>>();
+        let contains = |all: &[Slip], part: &[Slip]| name(part).iter().all(|p| name(all).contains(p));
+        let mut all: Vec<Vec<Slip>> = singles.iter().cloned().chain(self.pairs()).collect();
+        all.retain(|slips| slips.iter().all(counts) && !contains(slips, &best.slips));
+        let screened = try_all(few, &all, false).into_iter().filter(|t| is_same(t.fitted.robust, on_few, ALIKE - 1.0));
+        let again: Vec<Vec<Slip>> = screened.map(|t| t.slips).collect();
+        let mut again = try_all(self.some, &again, false);
+        // A size that was fitted makes the residual smaller by itself.
+        let is_fitted = best.slips.iter().any(|s| s.fitted() > 0);
+        let by = if is_fitted { ALIKE - 1.0 } else { LEAVES_SAME };
+        again.retain(|t| is_same(t.fitted.robust, best.fitted.robust, by));
+        let size = |t: &Trial| {
+            let fitted = t.slips.iter().map(Slip::fitted).sum::<usize>();
+            (t.slips.len() + fitted, fitted)
+        };
+        again.sort_by_key(size);
+        if let Some(other) = again.into_iter().next() {
+            let is_simpler = size(&other) < size(&found[0]);
+            found.truncate(1);
+            found.insert(usize::from(!is_simpler), other);
+        }
     }
 
     /// All pairs of slips that plausibly occur together.
