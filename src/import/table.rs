@@ -340,7 +340,8 @@ fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal:
     let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {
         return if source.optional { Ok(String::new()) } else { Err(format!("{} is empty", column.quantity())) };
     };
-    let parse = |text: &str| match text.replace(decimal, ".").parse::<f64>() {
+    // A sign of degrees in the cell says what the map says too.
+    let parse = |text: &str| match text.trim_end_matches(['°', ' ']).replace(decimal, ".").parse::<f64>() {
         Ok(v) if v.is_finite() => Ok(v),
         _ => Err(format!("{}: `{text}` is not a finite number", column.quantity())),
     };

@@ -41,6 +41,9 @@ const MOST_SKIPPED: usize = 40;
 /// Fewest lines of a table that has lines before it.
 const LEAST_LINES: usize = 5;
 
+/// Smallest share of the lines of a table that have as many fields as its first: rows in which something failed may be cut.
+const ALIKE: f64 = 0.9;
+
 /// Most different entries of a column that names things.
 const MOST_LABELS: usize = 200;
 
@@ -271,8 +274,10 @@ fn delimiter(path: &Path) -> Result<(u8, usize), FileError> {
         let count = lines.first().map_or(0, |line| fields(line, *mark));
         // Lines before a table are few, and the table is longer.
         let enough = skipped == 0 || lines.len() >= LEAST_LINES;
-        // A row of numbers in which some failed may end early; a table that begins further down has all of its fields.
-        enough && count >= 6 && lines.iter().all(|line| fields(line, *mark) == count)
+        // A row in which something failed may be longer or shorter; it does not begin the table anew.
+        let alike = lines.iter().filter(|line| fields(line, *mark) == count).count();
+        let begins = lines.get(1).is_none_or(|line| fields(line, *mark) == count);
+        enough && count >= 6 && begins && alike as f64 >= ALIKE * lines.len() as f64
     };
     let found =
         (0..all.len().min(MOST_SKIPPED + 1)).filter(|&skipped| skipped == 0 || !all[skipped].trim().is_empty()).find_map(
@@ -288,7 +293,7 @@ fn delimiter(path: &Path) -> Result<(u8, usize), FileError> {
 }
 
 fn number(text: &str, decimal: char) -> Option<f64> {
-    text.replace(decimal, ".").parse::<f64>().ok().filter(|v| v.is_finite())
+    text.trim_end_matches(['°', ' ']).replace(decimal, ".").parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
 /// A title in lower case without its unit, and the unit.

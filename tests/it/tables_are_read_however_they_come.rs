@@ -230,6 +230,26 @@ fn a_map_is_proposed_whatever_the_dialect() {
         assert!((found.residual - known.residual).abs() < 0.1 * known.residual && dataset.samples.len() + 1 == rows.len());
     }
 
+    // Signs of degrees in the cells, and micrometres of which no title tells.
+    let path = table("q1,q2,q3,q4,q5,q6,x,y,z", &|r| {
+        let q = r[1..7].iter().map(|v| format!("{:.6}°", v.parse::<f64>().unwrap().to_degrees()));
+        let p = r[7..].iter().map(|v| format!("{:.1}", v.parse::<f64>().unwrap() * 1e3));
+        q.chain(p).collect::<Vec<_>>().join(",")
+    });
+    let (found, dataset) = understood(&path, "ur5");
+    assert!((found.residual - known.residual).abs() < 1e-6 && found.map.contains("\"um\""), "{}", found.map);
+    assert_eq!(dataset.samples.len(), 40);
+    // A row that is a field short or long is left out, and does not take those before it with it.
+    for (name, end) in [("p3", 9), ("p5", 11)] {
+        let path = table("q1,q2,q3,q4,q5,q6,x,y,z", &|r| match r[0] == name {
+            true => [&r[1..], &[String::from("7")]].concat()[..end - 1].join(","),
+            false => r[1..].join(","),
+        });
+        let (found, dataset) = understood(&path, "ur5");
+        assert!((found.residual - known.residual).abs() < 0.1 * known.residual, "{}", found.residual);
+        assert_eq!(dataset.samples.len(), 39, "{name}");
+    }
+
     // Where the arm was told to go, rounded, fits better than what was measured; columns of the format's own names keep their meaning.
     let robot = ur("ur5");
     let told = |r: &Vec<String>| {

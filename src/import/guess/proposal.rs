@@ -89,7 +89,7 @@ impl<'a> Proposal<'a> {
     /// The same in the units that fit best; `None` if its rows cannot be read in any.
     pub fn best(&self, path: &Path) -> Option<Tried<'a>> {
         let joint_units = units(self.table, self.joints, &["deg", "rad"]);
-        let point_units = units(self.table, &self.points, &["mm", "m"]);
+        let point_units = units(self.table, &self.points, &["mm", "m", "um"]);
         let all =
             joint_units.iter().flat_map(|&joint_unit| point_units.iter().map(move |&point_unit| (joint_unit, point_unit)));
         let tried = all.filter_map(|(joint_unit, point_unit)| {
@@ -222,7 +222,7 @@ impl<'a> Proposal<'a> {
             1 => ", as the titles say",
             _ => ", which fit the nominal arm best",
         };
-        let (joints, points_by) = (by(self.joints, &["deg", "rad"]), by(&self.points, &["mm", "m"]));
+        let (joints, points_by) = (by(self.joints, &["deg", "rad"]), by(&self.points, &["mm", "m", "um"]));
         [
             points,
             format!("units: joints in {}{}, positions in {}{}", self.joint_unit, joints, self.point_unit, points_by),
