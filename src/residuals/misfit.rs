@@ -77,9 +77,13 @@ pub fn data_fit(datasets: &[NamedDataset<'_>], which: Use) -> Vec<DataFit> {
 }
 
 fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
-    let whole = Campaign::of(&[NamedDataset::new(name, dataset)], which)?;
-    let some = whole.selection(ROWS);
+    let mut whole = Campaign::of(&[NamedDataset::new(name, dataset)], which)?;
+    let mut some = whole.selection(ROWS);
     let fitted = starts::fit_anywhere(&some);
+    if dataset.noise.seen_from_tool {
+        let more = orientations::noise_of_places(dataset, &some.selection(ORIENTED_ROWS), &fitted.frames);
+        [&mut whole, &mut some].into_iter().for_each(|campaign| campaign.noise = campaign.noise.hypot(more));
+    }
     let [most, _] = expected(&some, &fitted.frames);
     let reach = reach(&whole.robot);
     let is_larger = fitted.robust > most;

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;
 
-use super::campaign::Campaign;
+use super::campaign::{Campaign, Seen};
 use super::data_fit::SlipTried;
 use super::frames::{Frames, flanges};
 use super::orientation_slips::{Misread, all};
@@ -34,6 +34,8 @@ const LEAST_ROWS: usize = 4;
 const ROUNDS: usize = 3;
 /// Largest angle between a base found from orientations and that found from positions, rad, that means nothing.
 const BESIDE: f64 = 5.0 * DEG;
+/// Median angle of rotations that scatter by one about each axis: root of the median of chi-square with three degrees of freedom.
+const MEDIAN_ANGLE: f64 = 1.538;
 /// Number of rows named individually, at most.
 const NAMED: usize = 6;
 
@@ -106,6 +108,20 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
     tried.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let slips = tried.into_iter().take(1).map(|(_, residual, slip, words)| SlipTried { slip, residual, words }).collect();
     Some(Turned { left, most, rows: 0, slips })
+}
+
+/// Noise of the places of a tool that saw the world, one-sigma per axis, m: what its orientations scatter by, over the distance from
+/// which it saw the world's origin.
+pub(super) fn noise_of_places(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> f64 {
+    let rows = Rows::of(dataset, campaign, frames);
+    let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
+    let scatter = median(&rows.angles(&rows.bases, &own, false)) / MEDIAN_ANGLE;
+    let away = |&k: &usize| match campaign.shots[k].seen {
+        Seen::Point(at) => at.norm(),
+        _ => 0.0,
+    };
+    // Of the three axes, the one along the line of sight moves nothing.
+    scatter * rms(&rows.shots.iter().map(away).collect::<Vec<_>>()) * (2.0f64 / 3.0).sqrt()
 }
 
 /// Slips of the joints that positions do not show.
