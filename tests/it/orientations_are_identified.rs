@@ -11,6 +11,7 @@ use calibench::identify::{Model, identify};
 use calibench::import::{ImportOptions, guess, import};
 use calibench::measure::dataset::file::{read_dataset, write_dataset};
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Orientation, Sample, SampleSet};
+use calibench::residuals::misfit::data_fit;
 use calibench::residuals::noise::suspects;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, Robot, built_in};
@@ -140,19 +141,19 @@ fn columns_are_derivatives(seen_from_tool: bool) {
 const CAMERA: [f64; 2] = [0.2 * MM, 0.05 * DEG];
 
 /// The same robot, measured by a camera on its hand that sees a board at the world's origin, a metre or two away.
-fn seen_by_camera(twin: &Twin, poses: usize, random: &mut ChaCha8Rng) -> Dataset {
+fn seen_by_camera(twin: &Twin, poses: usize, camera: [f64; 2], random: &mut ChaCha8Rng) -> Dataset {
     let probe = Rotation3::new(Vector3::from(PROBE));
     let mut dataset = measured(twin, poses, random);
     for sample in &mut dataset.samples {
         let hand = truth(twin, &sample.q);
-        let camera = Isometry3::from_parts(hand.translation, (hand.rotation * probe).into());
-        let board = camera.inverse();
-        let rotation = Rotation3::new(vector(random, CAMERA[1])) * board.rotation.to_rotation_matrix();
-        let seen = Isometry3::from_parts((board.translation.vector + vector(random, CAMERA[0])).into(), rotation.into());
+        let eye = Isometry3::from_parts(hand.translation, (hand.rotation * probe).into());
+        let board = eye.inverse();
+        let rotation = Rotation3::new(vector(random, camera[1])) * board.rotation.to_rotation_matrix();
+        let seen = Isometry3::from_parts((board.translation.vector + vector(random, camera[0])).into(), rotation.into());
         sample.measured = Measured::Point(seen.inverse().translation.vector);
         sample.orientation = Some(Orientation { rotation: seen.inverse().rotation.scaled_axis(), sigma: None });
     }
-    dataset.noise = Noise { point: Some(CAMERA[0]), orientation: Some(CAMERA[1]), seen_from_tool: true, ..Noise::default() };
+    dataset.noise = Noise { point: Some(camera[0]), orientation: Some(camera[1]), seen_from_tool: true, ..Noise::default() };
     dataset
 }
 
@@ -163,7 +164,7 @@ fn a_camera_on_the_hand_is_as_sure_as_it_says() {
     for seed in 200..212 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let twin = twin(&mut random);
-        let dataset = seen_by_camera(&twin, 80, &mut random);
+        let dataset = seen_by_camera(&twin, 80, CAMERA, &mut random);
         // Taken for a tracker's, an error of the camera's orientation is one of the hand's position.
         let mut as_seen = dataset.clone();
         as_seen.noise.seen_from_tool = false;
@@ -202,7 +203,7 @@ fn a_camera_and_its_board_are_found_as_surely_as_is_said() {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let robot = built_in("kr6_r700").unwrap();
         let twin = Twin { truth: robot.clone(), nominal: Arc::new(robot), ..twin(&mut random) };
-        let mut dataset = seen_by_camera(&twin, 40, &mut random);
+        let mut dataset = seen_by_camera(&twin, 40, CAMERA, &mut random);
         for sample in &mut dataset.samples {
             sample.set = SampleSet::Fit;
         }
@@ -220,6 +221,28 @@ fn a_camera_and_its_board_are_found_as_surely_as_is_said() {
     // 144 squares of standard normal numbers: mean 144, deviation 17.
     assert_eq!(numbers, 144);
     assert!((85.0..230.0).contains(&squares), "{squares}");
+}
+
+#[test]
+fn a_poor_camera_is_no_misfit_and_a_mistake_is_one() {
+    for seed in 400..420 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let twin = twin(&mut random);
+        // A webcam, two metres from its board.
+        let dataset = seen_by_camera(&twin, 60, [1.0 * MM, 0.3 * DEG], &mut random);
+        let fit = |dataset: &Dataset| data_fit(&[NamedDataset::new("", dataset)], Use::All).remove(0);
+        let right = fit(&dataset);
+        assert!(right.misfit.is_none(), "seed {seed}: {:?}", right.misfit);
+        let mut wrong = dataset.clone();
+        for sample in &mut wrong.samples {
+            // The board's place in centimetres; joint 4 the other way.
+            match (&mut sample.measured, seed % 2) {
+                (Measured::Point(at), 0) => *at *= 10.0,
+                _ => sample.q[3] = -sample.q[3],
+            }
+        }
+        assert!(fit(&wrong).misfit.is_some(), "seed {seed}");
+    }
 }
 
 #[test]

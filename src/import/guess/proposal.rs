@@ -204,7 +204,8 @@ impl<'a> Proposal<'a> {
         // The tool is somewhere on the flange: positions in m that are taken for mm fit a tool of any length.
         let believable = FramePose::default() != dataset.base && dataset.tool.xyz.iter().all(|v| v.abs() < 1.5);
         let share = residual / spread.max(f64::MIN_POSITIVE);
-        (believable && residual.is_finite()).then_some(Tried { residual, share, proposal: self, dataset })
+        // Nor does an arm miss by more than its positions are apart: a unit too small makes them one place.
+        (believable && share <= 1.0).then_some(Tried { residual, share, proposal: self, dataset })
     }
 
     pub fn reasons(&self, residual: f64) -> [String; 3] {
