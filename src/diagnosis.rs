@@ -40,9 +40,8 @@ use self::heat_map::{Curve, HeatMap};
 use self::hypotheses::{Hypothesis, Place};
 use self::library::Untestable;
 use self::surfaces::Surface;
-use self::verdict::beyond_noise;
 use crate::residuals::misfit::Abnormal;
-use crate::residuals::noise::Suspect;
+use crate::residuals::noise::{Suspect, beyond_noise};
 use crate::residuals::noise_floor::NoiseSource;
 
 use crate::effects::registry::Registry;

@@ -57,9 +57,13 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
-    let diagnosis = without_suspects(datasets, examination)?;
+    let mut diagnosis = without_suspects(datasets, examination)?;
     // What is only supposed makes no diagnosis fail.
     let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
+    // A base that moved on the way bends the zeros of joints: it comes first.
+    if supposed.is_some() {
+        diagnosis.abnormal.clear();
+    }
     Ok(match (supposed.is_some(), diagnosis.verdict) {
         (true, Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
             let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };

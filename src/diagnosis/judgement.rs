@@ -13,7 +13,6 @@ use super::hypotheses::{Hypothesis, hypotheses};
 use super::library::Untestable;
 use super::shortlist::{Shortlist, credible};
 use super::surfaces::Surface;
-use super::verdict::beyond_noise;
 use super::whiteness::whiteness;
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::effects::EffectId;
@@ -21,6 +20,7 @@ use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::FitError;
 use crate::measure::dataset::NamedDataset;
 use crate::residuals::misfit::abnormal;
+use crate::residuals::noise::beyond_noise;
 use crate::residuals::noise_floor::{NoiseSource, chi2_chance};
 use crate::residuals::{noise_left, unexplained};
 

@@ -1,15 +1,5 @@
 //! The verdict of a diagnosis.
 
-/// Largest multiple of a stated noise that may be noise.
-const MOST_NOISE: f64 = 10.0;
-
-/// How many times the stated noise a residual is, from its chi-square per degree of freedom; `None` if that may be noise that
-/// somebody stated wrongly. What is far larger may follow nothing that was tried, and is a mistake in the data rather than an
-/// instrument.
-pub(super) fn beyond_noise(chi2_per_dof: f64) -> Option<f64> {
-    Some(chi2_per_dof.sqrt()).filter(|times| *times > MOST_NOISE)
-}
-
 /// The verdict of a diagnosis.
 ///
 /// ```

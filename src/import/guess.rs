@@ -28,6 +28,10 @@ const FITS: f64 = 20.0 * MM;
 /// The same in parts of how far the positions are apart: arms of service robots are a twentieth off.
 const FITS_OF_SPREAD: f64 = 0.1;
 
+/// Rows that fit in no way are those of a world seen from the tool if they leave at most this share of what they leave otherwise:
+/// something else is wrong with them, and it is named after they are read so.
+const FAR_LESS: f64 = 0.5;
+
 /// Fewest rows from which base and tool are found.
 const FEWEST: usize = 4;
 
@@ -70,7 +74,12 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     let mut reasons = vec![table.words()];
     let (joints, why) = table.joints(robot).ok_or_else(|| no_columns(path, &table, robot))?;
     reasons.push(why);
-    let triples = table.triples(&joints);
+    let turned = orientation::columns(&table, &joints);
+    let mut triples = table.triples(&joints);
+    // What is called an orientation is a position only if nothing else is.
+    if triples.iter().any(|triple| !triple.iter().any(|k| turned.contains(k))) {
+        triples.retain(|triple| !triple.iter().any(|k| turned.contains(k)));
+    }
     if triples.is_empty()
         && let Some(found) = balls::guess(path, &table, robot, reference, &joints)
     {
@@ -135,9 +144,10 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     }
     if !best.as_ref().is_some_and(fits) {
         let of = |points: [usize; 3]| orientation::seen_from_the_tool(&Proposal { points, ..start.clone() }, path);
-        let seen = all.iter().filter_map(|points| of(*points)).filter(|(tried, _)| fits(tried));
-        if let Some((tried, said)) = seen.min_by(|(a, _), (b, _)| a.share.total_cmp(&b.share)) {
-            reasons.push(said);
+        let seen = all.iter().filter_map(|points| of(*points)).min_by(|a, b| a.share.total_cmp(&b.share));
+        let known = best.as_ref().map_or(f64::INFINITY, |best| best.share);
+        if let Some(tried) = seen.filter(|seen| fits(seen) || seen.share < FAR_LESS * known) {
+            reasons.extend(orientation::seen_in_words(&tried));
             best = Some(tried);
         }
     }
@@ -167,7 +177,6 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         reasons.extend(further::add_targets(&mut proposal, &all, &dataset, residual, path));
         dataset = proposal.read(path)?;
     }
-    let turned = orientation::columns(&proposal);
     if proposal.rotation.is_none() {
         reasons.extend(orientation::add(&mut proposal, path));
         dataset = proposal.read(path)?;

@@ -12,6 +12,9 @@ const ROWS: usize = 2_000;
 /// Words for positions that were commanded.
 pub(super) const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
 
+/// Names of positions whose coordinates are numbered.
+const VECTORS: [&str; 5] = ["tvec", "t", "trans", "translation", "position"];
+
 /// Number of triples of columns that are tried as positions.
 const MOST_TRIPLES: usize = 8;
 
@@ -213,6 +216,16 @@ impl Table {
                 if let (Some(y), Some(z)) = (of(axis("y")), of(axis("z"))) {
                     found.push((position_name(&column.stem), [k, y, z]));
                 }
+            }
+        }
+        // The translations of vision libraries: `tvec0` to `tvec2`.
+        for (prefix, first) in VECTORS.iter().flat_map(|prefix| [(prefix, 0), (prefix, 1)]) {
+            let of = |k: usize| {
+                let name = format!("{prefix}{}", first + k);
+                (0..self.columns.len()).find(|&c| free(c) && self.columns[c].stem.replace(['_', ' ', '[', ']'], "") == name)
+            };
+            if let (Some(x), Some(y), Some(z)) = (of(0), of(1), of(2)) {
+                found.push((1, [x, y, z]));
             }
         }
         found.sort_by_key(|(worth, _)| -worth);

@@ -168,6 +168,11 @@ impl Judged<'_> {
             0 => Cause::Slips,
             rows => Cause::Rows(rows),
         };
+        if cause == Cause::Unknown
+            && let Some(still) = stuck::never_moved(self.whole)
+        {
+            return Some(self.misfit(Measure::Rows, [self.nominal.plain, self.nominal.expected], Cause::Slips, vec![still]));
+        }
         Some(self.misfit(Measure::Orientations, [left, most], cause, slips))
     }
 

@@ -27,7 +27,7 @@ const BETTER: f64 = 0.9;
 const A_WORD: usize = 4;
 
 /// Names of the numbers of an orientation, without separators, and the forms that they may be in, the likeliest first.
-const NAMES: [(&[&str], &[RotationForm]); 16] = [
+const NAMES: [(&[&str], &[RotationForm]); 19] = [
     (&["qx", "qy", "qz", "qw"], &[RotationForm::QuaternionXyzw]),
     (&["quatx", "quaty", "quatz", "quatw"], &[RotationForm::QuaternionXyzw]),
     (&["orientationx", "orientationy", "orientationz", "orientationw"], &[RotationForm::QuaternionXyzw]),
@@ -40,6 +40,9 @@ const NAMES: [(&[&str], &[RotationForm]); 16] = [
     (&["rx", "ry", "rz"], &[RotationForm::Vector, RotationForm::Rpy, RotationForm::Xyz, RotationForm::Abc, RotationForm::Zyz]),
     (&["rotx", "roty", "rotz"], &[RotationForm::Vector, RotationForm::Rpy, RotationForm::Xyz, RotationForm::Abc]),
     (&["rotvecx", "rotvecy", "rotvecz"], &[RotationForm::Vector]),
+    (&["rvecx", "rvecy", "rvecz"], &[RotationForm::Vector]),
+    (&["rvec0", "rvec1", "rvec2"], &[RotationForm::Vector]),
+    (&["rvec1", "rvec2", "rvec3"], &[RotationForm::Vector]),
     (&["eulerx", "eulery", "eulerz"], &OF_THREE),
     (&["a", "b", "c"], &[RotationForm::Abc, RotationForm::Rpy, RotationForm::Xyz]),
     (&["w", "p", "r"], &[RotationForm::Rpy, RotationForm::Xyz]),
@@ -63,7 +66,7 @@ struct Named {
 pub(super) fn add(proposal: &mut Proposal<'_>, path: &Path) -> Vec<String> {
     let table = proposal.table;
     let mut left_out = Vec::new();
-    for named in candidates(proposal) {
+    for named in candidates(table, proposal.joints, &proposal.points) {
         let mut best: Option<(f64, Turned)> = None;
         for turned in named.readings(table, false) {
             let tried = Proposal { rotation: Some(turned.clone()), ..proposal.clone() };
@@ -98,32 +101,48 @@ fn in_words(turned: &Turned, table: &Table, angle: f64) -> String {
     )
 }
 
-/// Columns beside joints and positions that may be an orientation.
-pub(super) fn columns(proposal: &Proposal<'_>) -> Vec<usize> {
-    candidates(proposal).into_iter().filter(|_| proposal.table.header).flat_map(|named| named.columns).collect()
+/// Columns beside these joints that are named as an orientation.
+pub(super) fn columns(table: &Table, joints: &[usize]) -> Vec<usize> {
+    if !table.header {
+        return Vec::new();
+    }
+    candidates(table, joints, &[]).into_iter().flat_map(|named| named.columns).collect()
 }
 
-/// The proposal that fits best if the rows state the world as seen from the tool; `None` without an orientation.
-pub(super) fn seen_from_the_tool<'a>(plain: &Proposal<'a>, path: &Path) -> Option<(Tried<'a>, String)> {
+/// The proposal that fits best if the rows state the world as seen from the tool; `None` without an orientation. Its residual is
+/// that of most rows: an orientation that is wrong displaces the tool by as much as the world was away.
+pub(super) fn seen_from_the_tool<'a>(plain: &Proposal<'a>, path: &Path) -> Option<Tried<'a>> {
     let table = plain.table;
-    let mut best: Option<(Tried<'a>, f64)> = None;
-    for named in candidates(plain) {
+    let mut best: Option<Tried<'a>> = None;
+    for named in candidates(table, plain.joints, &plain.points) {
         for turned in named.readings(table, true) {
             let Some(tried) = (Proposal { rotation: Some(turned), ..plain.clone() }).best(path) else { continue };
-            let Some(angle) = fits(&tried.dataset) else { continue };
-            if best.as_ref().is_none_or(|(least, _)| tried.share < BETTER * least.share) {
-                best = Some((tried, angle));
+            let tried = tried.of_most_rows();
+            if best.as_ref().is_none_or(|least| tried.share < BETTER * least.share) {
+                best = Some(tried);
             }
         }
     }
-    let (tried, angle) = best?;
-    let said = in_words(tried.proposal.rotation.as_ref()?, table, angle);
-    Some((tried, said))
+    best
+}
+
+/// What is said of an orientation in which the world was seen from the tool.
+pub(super) fn seen_in_words(tried: &Tried<'_>) -> Option<String> {
+    let turned = tried.proposal.rotation.as_ref()?;
+    let [angle, _] = off_and_turning(&tried.dataset)?;
+    Some(in_words(turned, tried.proposal.table, angle))
 }
 
 /// Median angle between the orientations of a dataset and those of its nominal arm, rad, the axes of the tool fitted; `None` if it
 /// is too large for them to be orientations of the tool.
 fn fits(dataset: &Dataset) -> Option<f64> {
+    let [off, turning] = off_and_turning(dataset)?;
+    (off <= FITS.min(FITS_OF_TURNING * turning)).then_some(off)
+}
+
+/// Median angles, rad, between the orientations and those of the nominal arm, the axes of the tool fitted, and of the flange about
+/// its mean.
+fn off_and_turning(dataset: &Dataset) -> Option<[f64; 2]> {
     let base = dataset.base.pose().rotation;
     let turned: Vec<(Rotation3<f64>, Rotation3<f64>)> = dataset
         .samples
@@ -133,7 +152,7 @@ fn fits(dataset: &Dataset) -> Option<f64> {
         .collect();
     let off = about_mean(&turned.iter().map(|(flange, seen)| flange.inverse() * seen).collect::<Vec<_>>())?;
     let turning = about_mean(&turned.iter().map(|(flange, _)| *flange).collect::<Vec<_>>()).unwrap_or(f64::INFINITY);
-    (off <= FITS.min(FITS_OF_TURNING * turning)).then_some(off)
+    Some([off, turning])
 }
 
 /// Median angle of rotations about their mean, rad; `None` if they have none.
@@ -154,12 +173,10 @@ impl Named {
 
 /// Columns beside joints and positions that may be an orientation: those that are named so, or in a table without titles those that
 /// follow the positions.
-fn candidates(proposal: &Proposal<'_>) -> Vec<Named> {
-    let table = proposal.table;
-    let is_free =
-        |k: usize| table.columns[k].largest.is_some() && !proposal.joints.contains(&k) && !proposal.points.contains(&k);
+fn candidates(table: &Table, joints: &[usize], points: &[usize]) -> Vec<Named> {
+    let is_free = |k: usize| table.columns[k].largest.is_some() && !joints.contains(&k) && !points.contains(&k);
     if !table.header {
-        let next = proposal.points[2] + 1;
+        let next = points.last().map_or(0, |last| last + 1);
         let follow = |count: usize| (next..next + count).all(|k| k < table.columns.len() && is_free(k));
         let of: [(usize, &'static [RotationForm]); 3] =
             [(9, &[RotationForm::Matrix]), (4, &[RotationForm::QuaternionXyzw, RotationForm::QuaternionWxyz]), (3, &OF_THREE)];

@@ -7,10 +7,12 @@ use nalgebra::Vector3;
 
 use crate::import::column_map::ColumnMap;
 use crate::import::generic::by_map;
+use crate::import::initial_setup::fit_base_and_tool;
 use crate::import::rotation::RotationForm;
 use crate::import::unknown_table::{Table, TableColumn};
 use crate::import::{ImportError, ImportOptions};
-use crate::measure::dataset::{Dataset, Measured};
+use crate::math::nearest_rank;
+use crate::measure::dataset::{Dataset, Measured, Sample};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, JointKind, Robot};
 use crate::units::{DEG, MM};
@@ -83,6 +85,40 @@ impl Turned {
             "\n# A weight beside the positions, until their noise is stated.\n[dataset.noise]\norientation_deg = {WEIGHT_DEG}\n"
         )
     }
+}
+
+/// Rows that are farther off than this multiple of the median are left out of a fit to most rows.
+const FAR: f64 = 3.0;
+/// Number of times that rows are left out anew.
+const ROUNDS: usize = 4;
+
+impl Tried<'_> {
+    /// The same with the residual of most rows, median, and base and tool fitted to them.
+    pub fn of_most_rows(mut self) -> Self {
+        let spread = self.residual / self.share;
+        let mut most = self.dataset.clone();
+        for _ in 0..ROUNDS {
+            let off = misses(&most, &self.dataset);
+            let middle = nearest_rank(off.clone(), 0.5);
+            self.residual = middle;
+            let near = self.dataset.samples.iter().zip(&off).filter(|(_, off)| **off <= FAR * middle);
+            most.samples = near.map(|(sample, _)| sample.clone()).collect();
+            fit_base_and_tool(&mut most);
+        }
+        self.share = self.residual / spread;
+        (self.dataset.base, self.dataset.tool) = (most.base, most.tool);
+        self
+    }
+}
+
+/// Distance of each measured point of `rows` from the nominal arm with base and tool of `set_up`, m.
+fn misses(set_up: &Dataset, rows: &Dataset) -> Vec<f64> {
+    let at = |q: &[f64]| world_from_tool(&set_up.robot, &set_up.base, &set_up.tool, q).translation.vector;
+    let of = |s: &Sample| match s.measured {
+        Measured::Point(point) => (at(&s.q) - point).norm(),
+        _ => 0.0,
+    };
+    rows.samples.iter().map(of).collect()
 }
 
 impl<'a> Proposal<'a> {

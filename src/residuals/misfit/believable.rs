@@ -7,6 +7,7 @@ use crate::effects::EffectId;
 use crate::effects::{self, Subject};
 use crate::identify::calibration::{Calibration, Estimate};
 use crate::math::positive_definite::inverse;
+use crate::residuals::noise::beyond_noise;
 use crate::robot::{JointKind, Robot};
 use crate::units::Unit;
 
@@ -81,13 +82,16 @@ pub struct Abnormal {
     pub unit: Unit,
 }
 
-/// Lists the abnormal parameters of the links, zeros before others and each largest first; none of a fit that did not converge.
+/// Lists the abnormal parameters of the links, zeros before others and each largest first; none of a fit that did not converge,
+/// or that leaves far more than the stated noise.
 ///
 /// Zeros are judged by generalised least squares: on a good arm the estimates scatter by their covariance and by what links and
 /// gears of the kind show, and a zero that was lost adds to that in one direction. They are taken one after the other as long
 /// as chance does not explain the next.
 pub fn abnormal(calibration: &Calibration) -> Vec<Abnormal> {
-    if calibration.unconverged().is_some() {
+    // What is left is far beyond the noise: whatever it is, it bends the zeros by more than they say.
+    let is_fitted = !calibration.noise_stated || beyond_noise(calibration.chi2_per_dof).is_none();
+    if calibration.unconverged().is_some() || !is_fitted {
         return Vec::new();
     }
     let sized = Estimates::of(calibration);

@@ -69,9 +69,7 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
     if rows.shots.len() < LEAST_ROWS {
         return None;
     }
-    let noise = dataset.noise.orientation.unwrap_or(0.0);
-    let angles = (3 * campaign.robot.joints()) as f64;
-    let most = QUANTILE / 3f64.sqrt() * (angles * ILL_ASSEMBLED.powi(2) / 3.0 + 3.0 * noise * noise).sqrt();
+    let most = expected(dataset, campaign);
     let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
     let nominal = rows.angles(&rows.bases, &own, false);
     let left = rms(&nominal);
@@ -110,12 +108,20 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
     Some(Turned { left, most, rows: 0, slips })
 }
 
+/// Largest angle expected, rad, of an arm poorly assembled, and of the noise.
+fn expected(dataset: &Dataset, campaign: &Campaign) -> f64 {
+    let noise = dataset.noise.orientation.unwrap_or(0.0);
+    let angles = (3 * campaign.robot.joints()) as f64;
+    QUANTILE / 3f64.sqrt() * (angles * ILL_ASSEMBLED.powi(2) / 3.0 + 3.0 * noise * noise).sqrt()
+}
+
 /// Noise of the places of a tool that saw the world, one-sigma per axis, m: what its orientations scatter by, over the distance from
-/// which it saw the world's origin.
+/// which it saw the world's origin. Zero of orientations that do not fit: they are no noise.
 pub(super) fn noise_of_places(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> f64 {
     let rows = Rows::of(dataset, campaign, frames);
     let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
-    let scatter = median(&rows.angles(&rows.bases, &own, false)) / MEDIAN_ANGLE;
+    let middle = median(&rows.angles(&rows.bases, &own, false));
+    let scatter = if middle <= expected(dataset, campaign) { middle / MEDIAN_ANGLE } else { 0.0 };
     let away = |&k: &usize| match campaign.shots[k].seen {
         Seen::Point(at) => at.norm(),
         _ => 0.0,
