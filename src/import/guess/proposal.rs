@@ -132,6 +132,8 @@ impl<'a> Proposal<'a> {
             let proposal = Proposal { joint_unit, point_unit, ..self.clone() };
             proposal.tried(path)
         });
+        // In a unit too small, positions are one place, which every arm misses by little; a title is taken at its word.
+        let tried = tried.filter(|t| point_units.len() == 1 || t.proposal.point_unit != "um" || t.share <= 1.0);
         tried.min_by(|a, b| a.share.total_cmp(&b.share))
     }
 
@@ -240,8 +242,7 @@ impl<'a> Proposal<'a> {
         // The tool is somewhere on the flange: positions in m that are taken for mm fit a tool of any length.
         let believable = FramePose::default() != dataset.base && dataset.tool.xyz.iter().all(|v| v.abs() < 1.5);
         let share = residual / spread.max(f64::MIN_POSITIVE);
-        // Nor does an arm miss by more than its positions are apart: a unit too small makes them one place.
-        (believable && share <= 1.0).then_some(Tried { residual, share, proposal: self, dataset })
+        (believable && residual.is_finite()).then_some(Tried { residual, share, proposal: self, dataset })
     }
 
     pub fn reasons(&self, residual: f64) -> [String; 3] {
