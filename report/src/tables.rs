@@ -198,19 +198,18 @@ pub fn weighing_sentence(c: &Calibration, datasets: &[NamedDataset<'_>]) -> Stri
 /// Base and tool as found, in the frames of `dataset.toml`, each above its 1 sigma, where orientations were measured: for a camera,
 /// the hand-eye calibration. `None` where only positions were.
 pub fn frames_table(c: &Calibration) -> Option<Table> {
-    c.rms_orientation?;
+    let found = c.found_frames();
     let title = ["found", "x, mm", "y, mm", "z, mm", "a, deg", "b, deg", "c, deg"];
     let numbers = |label: String, v: [f64; 6]| {
         let [x, y, z] = [v[0], v[1], v[2]].map(|x| format!("{:.3}", x / MM));
         let [a, b, c] = [v[3], v[4], v[5]].map(|x| format!("{:.4}", x / DEG));
         [label, x, y, z, a, b, c]
     };
-    let rows = c.found_frames().into_iter().flat_map(|found| {
-        let name = if found.is_base { "base" } else { "tool" };
-        let label = format!("{name} {}", found.setup).trim().to_owned();
+    let rows = found.iter().flat_map(|found| {
+        let label = format!("{} {}", found.name(), found.setup).trim().to_owned();
         [numbers(label, found.frame.to_array()), numbers("1 sigma".into(), found.sigma)]
     });
-    Some(right_aligned(title, rows))
+    (!found.is_empty()).then(|| right_aligned(title, rows))
 }
 
 /// A table of orientation errors.

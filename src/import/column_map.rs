@@ -253,14 +253,19 @@ impl Origin<'_> {
         if name.trim().is_empty() || name.contains(char::is_control) {
             return Err(self.wrong(&key, "is not a name", "give a plain name"));
         }
+        Ok((name, self.coordinates(&key, sources, map.header)?))
+    }
+
+    /// The columns of a position.
+    fn coordinates(&self, table: &str, sources: [Source; 3], header: bool) -> Result<[MappedColumn; 3], FileError> {
         let mapped = |k: usize, source: Source| {
-            let key = format!("{key}.{}", ["x", "y", "z"][k]);
-            self.check_places(&key, &source, map.header)?;
+            let key = format!("{table}.{}", ["x", "y", "z"][k]);
+            self.check_places(&key, &source, header)?;
             let measure = self.measure(&key, Column::World(k), source.unit.as_deref())?;
             Ok::<_, FileError>(MappedColumn { column: Column::World(k), measure, source })
         };
         let [x, y, z] = sources;
-        Ok((name, [mapped(0, x)?, mapped(1, y)?, mapped(2, z)?]))
+        Ok([mapped(0, x)?, mapped(1, y)?, mapped(2, z)?])
     }
 
     /// The pose from which joints are computed.
@@ -280,15 +285,9 @@ impl Origin<'_> {
         if source.rotation.inverse {
             return Err(self.wrong("flange.rotation.inverse", "a controller states the flange in the base", "remove it"));
         }
-        let mapped = |k: usize, source: Source| {
-            let key = format!("flange.{}", ["x", "y", "z"][k]);
-            self.check_places(&key, &source, map.header)?;
-            let measure = self.measure(&key, Column::World(k), source.unit.as_deref())?;
-            Ok::<_, FileError>(MappedColumn { column: Column::World(k), measure, source })
-        };
         let rotation = self.numbers_of("flange.rotation", source.rotation, map.header)?;
         let tool = source.tool.map_or(Pose::identity(), |tool| tool.frame().pose());
-        let position = [mapped(0, source.x)?, mapped(1, source.y)?, mapped(2, source.z)?];
+        let position = self.coordinates("flange", [source.x, source.y, source.z], map.header)?;
         Ok(MappedFlange { position, rotation, tool, near })
     }
 

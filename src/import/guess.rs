@@ -179,7 +179,9 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     }
     if proposal.rotation.is_none() {
         reasons.extend(orientation::add(&mut proposal, path));
-        dataset = proposal.read(path)?;
+        if proposal.rotation.is_some() {
+            dataset = proposal.read(path)?;
+        }
     }
     let is_target = |triple: &[usize; 3]| proposal.targets.iter().any(|(_, columns)| columns == triple);
     let is_used = |triple: &[usize; 3]| {

@@ -255,3 +255,8 @@ fn by_column(parts: &[Part], paths: &[PathBuf], title: &str, report: &mut Import
     }
     Ok(partners)
 }
+
+/// The number in a cell; a sign of degrees says what title or map say too. `None` of anything else, and of what is not finite.
+pub(super) fn finite_number(text: &str, decimal: char) -> Option<f64> {
+    text.trim_end_matches(['°', ' ']).replace(decimal, ".").parse::<f64>().ok().filter(|v| v.is_finite())
+}

@@ -13,7 +13,7 @@ use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Mea
 use super::flange_pose::JointsOfFlange;
 use super::rotation::RotationForm;
 use super::row_order::timestamp;
-use super::source::open_source;
+use super::source::{finite_number, open_source};
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
 use crate::measure::dataset::Dataset;
@@ -340,10 +340,8 @@ fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal:
     let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {
         return if source.optional { Ok(String::new()) } else { Err(format!("{} is empty", column.quantity())) };
     };
-    // A sign of degrees in the cell says what the map says too.
-    let parse = |text: &str| match text.trim_end_matches(['°', ' ']).replace(decimal, ".").parse::<f64>() {
-        Ok(v) if v.is_finite() => Ok(v),
-        _ => Err(format!("{}: `{text}` is not a finite number", column.quantity())),
+    let parse = |text: &str| {
+        finite_number(text, decimal).ok_or_else(|| format!("{}: `{text}` is not a finite number", column.quantity()))
     };
     let Measure::Si(si) = (match measure {
         None => return Ok(text.to_owned()),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::source::{Layout, is_workbook, open_source};
+use super::source::{Layout, finite_number as number, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_foreign_text};
 use crate::robot::{JointKind, Robot};
 
@@ -303,10 +303,6 @@ fn delimiter(path: &Path) -> Result<(u8, usize), FileError> {
             "write a map by hand (docs/importing.md)",
         )
     })
-}
-
-fn number(text: &str, decimal: char) -> Option<f64> {
-    text.trim_end_matches(['°', ' ']).replace(decimal, ".").parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
 /// A title in lower case without its unit, and the unit.

@@ -128,8 +128,8 @@ impl FoundFrame {
     fn of(found: identify::calibration::FoundFrame) -> Self {
         let [x, y, z, a, b, c] = found.sigma;
         FoundFrame {
+            frame: found.name().into(),
             setup: found.setup,
-            frame: if found.is_base { "base" } else { "tool" }.into(),
             position_mm: found.frame.xyz.map(|v| v / MM),
             rotation_deg: found.frame.rz_ry_rx.map(|v| v / DEG),
             sigma_mm: [x, y, z].map(|v| v / MM),
@@ -182,11 +182,7 @@ impl Calibration {
             misfit: None,
             shifts: None,
             fleet: None,
-            frames: if c.rms_orientation.is_some() {
-                c.found_frames().into_iter().map(FoundFrame::of).collect()
-            } else {
-                Vec::new()
-            },
+            frames: c.found_frames().into_iter().map(FoundFrame::of).collect(),
         }
     }
 }

@@ -29,9 +29,20 @@ pub struct FoundFrame {
     pub sigma: [f64; 6],
 }
 
+impl FoundFrame {
+    /// `base` or `tool`.
+    pub fn name(&self) -> &'static str {
+        if self.is_base { "base" } else { "tool" }
+    }
+}
+
 impl Calibration {
-    /// Base in the world and tool in the flange of every set-up, each with the uncertainty of what was identified of it.
+    /// Base in the world and tool in the flange of every set-up, each with the uncertainty of what was identified of it; none where
+    /// only positions were measured, which do not determine them.
     pub fn found_frames(&self) -> Vec<FoundFrame> {
+        if self.rms_orientation.is_none() {
+            return Vec::new();
+        }
         let of = |setup: &MeasuredSetup| {
             let root = self.robot.root.inverse();
             let start = setup.base.to_array();

@@ -74,8 +74,8 @@ impl Problem {
         let of_row = |(place, row): (usize, &super::SampleRow)| {
             self.pose(place, values, &state, &mut work);
             let pattern = &state.patterns[state.rows[place].pattern];
-            let sight = self.residual(row, &work).1;
             let seen = self.seen_orientation(row, &work);
+            let sight = self.residual(row, seen.as_ref(), &work).1;
             let column = |site: Site| {
                 let axis = work.posture.turning(site);
                 let shift = work.posture.column(site) + seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site, &axis));

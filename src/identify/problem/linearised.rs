@@ -118,11 +118,16 @@ impl Problem {
         row.pose(&self.robot, &self.setups[row.setup], &mut work.posture, &work.deviations);
     }
 
-    /// Residual of one sample, m, with the arm as posed; with the line of sight for a distance.
-    pub(super) fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
+    /// Residual of one sample, m, with the arm as posed and the orientation that it measured; with the line of sight for a distance.
+    pub(super) fn residual(
+        &self,
+        row: &SampleRow,
+        seen: Option<&SeenOrientation>,
+        work: &Workspace,
+    ) -> (Vector3<f64>, Option<Vector3<f64>>) {
         let at = SiteIndex::new(self.robot.joints()).target();
-        let seen = self.seen_orientation(row, work).map_or(Vector3::zeros(), |seen| seen.moved());
-        row.residual(&(work.posture.tcp() + seen), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
+        let moved = seen.map_or(Vector3::zeros(), SeenOrientation::moved);
+        row.residual(&(work.posture.tcp() + moved), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
     }
 
     /// Orientation of one sample, with the arm as posed; `None` if it was not measured.
@@ -153,8 +158,10 @@ impl Problem {
         for (chunk, rows) in self.rows.chunks(BATCH).enumerate() {
             batch.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, chunk * BATCH)));
             let residual = |(lane, row): (usize, &SampleRow)| {
-                let seen = batch.seen_orientation(lane, row, &self.setups[row.setup]).map_or(Vector3::zeros(), |s| s.moved());
-                row.residual(&(batch.tcp(lane) + seen), &batch.target_moved(lane)).0
+                let sees_origin = row.orientation.as_ref().is_some_and(|o| o.sees_origin());
+                let seen = sees_origin.then(|| batch.seen_orientation(lane, row, &self.setups[row.setup])).flatten();
+                let moved = seen.as_ref().map_or(Vector3::zeros(), SeenOrientation::moved);
+                row.residual(&(batch.tcp(lane) + moved), &batch.target_moved(lane)).0
             };
             residuals.extend(rows.iter().enumerate().map(residual));
         }
@@ -345,8 +352,8 @@ impl Problem {
         let mut next = after_distances;
         for (i, (row, terms)) in self.rows.iter().zip(&state.rows).enumerate() {
             self.pose(i, values, &state, &mut work);
-            let sight = self.residual(row, &work).1;
             let seen = self.seen_orientation(row, &work);
+            let sight = self.residual(row, seen.as_ref(), &work).1;
             let mut add = |k: usize, site: Site, weight: f64| {
                 let axis = work.posture.turning(site);
                 let shift = seen.as_ref().map_or(Vector3::zeros(), |seen| seen.shift(site, &axis));

@@ -77,6 +77,12 @@ impl OrientationPart {
         OrientationPart { measured, sigma, tool, origin, whitener: SMatrix::zeros() }
     }
 
+    /// True if it was the tool that saw the world.
+    #[inline]
+    pub fn sees_origin(&self) -> bool {
+        self.origin.is_some()
+    }
+
     /// From the TCP to the world's origin as the tool saw it, axes of the last frame, m; `w` is the probe's rotation vector.
     /// `None` if the tool was seen.
     #[inline]

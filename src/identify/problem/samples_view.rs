@@ -42,7 +42,8 @@ impl Problem {
         let state = self.load_state(values);
         for (place, row) in self.rows.iter().enumerate() {
             self.pose(place, values, &state, &mut work);
-            let (residual, sight) = self.residual(row, &work);
+            let seen = self.seen_orientation(row, &work);
+            let (residual, sight) = self.residual(row, seen.as_ref(), &work);
             let w = row.whitener;
             let (residual, whitener, variance) = match sight {
                 // d(distance)/d(TCP) is the line of sight, so a distance residual is a TCP residual along it.
@@ -62,7 +63,7 @@ impl Problem {
                 first_row: row.first_row,
                 height: row.positions(),
                 rows: row.height(),
-                turn: self.seen_orientation(row, &work).map(|seen| seen.residual),
+                turn: seen.map(|seen| seen.residual),
                 posture: &work.posture,
                 residual,
                 whitener,

@@ -107,11 +107,13 @@ pub(crate) struct FrameToml {
 impl FrameToml {
     /// The frame in SI units.
     pub fn frame(&self) -> FramePose {
-        FramePose {
-            xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
-            rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
-        }
+        frame([self.x_mm, self.y_mm, self.z_mm], [self.a_deg, self.b_deg, self.c_deg])
     }
+}
+
+/// A frame in SI units.
+pub(super) fn frame(xyz_mm: [f64; 3], abc_deg: [f64; 3]) -> FramePose {
+    FramePose { xyz: xyz_mm.map(|v| v * MM), rz_ry_rx: abc_deg.map(|v| v * DEG) }
 }
 
 /// The TCP, `Tr Rz Ry Rx`, and how well it is known.

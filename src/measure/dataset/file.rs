@@ -8,7 +8,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::description::{
-    AnchorToml, BallDistanceToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, PlaceToml, SHAREABLE, describe,
+    AnchorToml, BallDistanceToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, PlaceToml, SHAREABLE, describe, frame,
 };
 use super::limits::{Impossible, impossible};
 use super::samples_file::{check_samples, read_samples};
@@ -367,8 +367,4 @@ impl Reading<'_> {
         };
         given.iter().enumerate().map(of_joint).collect()
     }
-}
-
-fn frame(xyz_mm: [f64; 3], abc_deg: [f64; 3]) -> FramePose {
-    FramePose { xyz: xyz_mm.map(|v| v * MM), rz_ry_rx: abc_deg.map(|v| v * DEG) }
 }

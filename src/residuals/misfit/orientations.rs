@@ -10,6 +10,7 @@ use super::frames::{Frames, flanges};
 use super::orientation_slips::{Misread, all};
 use super::slip::Slip;
 use super::starts::fit;
+use crate::math::CHI2_MEDIAN;
 use crate::measure::dataset::Dataset;
 use crate::robot::{angle_between, nearest_rotation};
 use crate::units::DEG;
@@ -34,8 +35,6 @@ const LEAST_ROWS: usize = 4;
 const ROUNDS: usize = 3;
 /// Largest angle between a base found from orientations and that found from positions, rad, that means nothing.
 const BESIDE: f64 = 5.0 * DEG;
-/// Median angle of rotations that scatter by one about each axis: root of the median of chi-square with three degrees of freedom.
-const MEDIAN_ANGLE: f64 = 1.538;
 /// Number of rows named individually, at most.
 const NAMED: usize = 6;
 
@@ -70,7 +69,7 @@ pub(super) fn judge(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> 
         return None;
     }
     let most = expected(dataset, campaign);
-    let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
+    let own = as_stated(&rows.seen);
     let nominal = rows.angles(&rows.bases, &own, false);
     let left = rms(&nominal);
     if left <= most || rows.fit_beside(&own, most) {
@@ -119,9 +118,9 @@ fn expected(dataset: &Dataset, campaign: &Campaign) -> f64 {
 /// which it saw the world's origin. Zero of orientations that do not fit: they are no noise.
 pub(super) fn noise_of_places(dataset: &Dataset, campaign: &Campaign, frames: &Frames) -> f64 {
     let rows = Rows::of(dataset, campaign, frames);
-    let own: Vec<Vec<Rotation3<f64>>> = rows.seen.iter().map(|r| vec![*r]).collect();
+    let own = as_stated(&rows.seen);
     let middle = median(&rows.angles(&rows.bases, &own, false));
-    let scatter = if middle <= expected(dataset, campaign) { middle / MEDIAN_ANGLE } else { 0.0 };
+    let scatter = if middle <= expected(dataset, campaign) { middle / CHI2_MEDIAN[2].sqrt() } else { 0.0 };
     let away = |&k: &usize| match campaign.shots[k].seen {
         Seen::Point(at) => at.norm(),
         _ => 0.0,
@@ -137,7 +136,7 @@ fn of_joints(dataset: &Dataset, campaign: &Campaign) -> Vec<(usize, f64, String,
         let changed = slip.undone(campaign);
         let fitted = fit(&changed);
         let rows = Rows::of(dataset, &changed, &fitted.frames);
-        let own: Vec<_> = rows.seen.iter().map(|r| vec![*r]).collect();
+        let own = as_stated(&rows.seen);
         (1, rms(&rows.angles(&rows.bases, &own, false)), slip.name(campaign), slip.words(campaign))
     };
     Slip::all(campaign).iter().filter(|s| joints(s)).map(one).collect()
@@ -204,7 +203,7 @@ impl Rows {
         for inverse in [false, true] {
             let seen: Vec<Rotation3<f64>> = self.seen.iter().map(|r| if inverse { r.inverse() } else { *r }).collect();
             let Some(bases) = self.own_bases(&seen) else { continue };
-            let readings: Vec<_> = seen.iter().map(|r| vec![*r]).collect();
+            let readings = as_stated(&seen);
             let angle = rms(&self.angles(&bases, &readings, true));
             let at_base = bases.iter().all(|b| b.angle() < 2.0 * DEG);
             let frame = if at_base { "in the frame of the robot's base" } else { "in another frame than the positions" };
@@ -227,7 +226,7 @@ impl Rows {
         }
         let fixed = self.tools.iter().any(Option::is_some);
         if fixed && dataset.samples.len() > LEAST_ROWS {
-            let readings: Vec<_> = self.seen.iter().map(|r| vec![*r]).collect();
+            let readings = as_stated(&self.seen);
             let angle = rms(&self.angles(&self.bases, &readings, true));
             found.push((
                 1,
@@ -260,6 +259,11 @@ impl Rows {
         }
         Some(bases)
     }
+}
+
+/// Orientations of one reading each, as they are stated.
+fn as_stated(seen: &[Rotation3<f64>]) -> Vec<Vec<Rotation3<f64>>> {
+    seen.iter().map(|r| vec![*r]).collect()
 }
 
 /// Mean rotation without the rows farthest from it; `None` if there is none.

@@ -128,23 +128,24 @@ impl RowsReader {
             && number(point) == Some(of_trial / each.len() as u64)
             && self.record.get(method) == Some(each[of_trial as usize % each.len()]);
         if !in_place {
-            let line = self.record.position().map(|p| p.line() as usize);
-            let problem = "is not the row that must follow";
-            let remedy = "the table was changed after it was written: make it again";
-            return Err(FileError { line, field: "trial".into(), ..FileError::whole(&self.path, problem, remedy) });
+            return Err(self.changed("trial", "is not the row that must follow"));
         }
         if let Some(column) = self.record.iter().position(is_no_finite_number) {
-            let line = self.record.position().map(|p| p.line() as usize);
             let problem = format!("`{}` is not a finite number", &self.record[column]);
-            let remedy = "the table was changed after it was written: make it again";
-            let field = self.header.get(column).unwrap_or_default().into();
-            return Err(FileError { line, field, ..FileError::whole(&self.path, problem, remedy) });
+            return Err(self.changed(self.header.get(column).unwrap_or_default(), &problem));
         }
         self.rows += 1;
         if self.is_whole() {
             self.whole = self.reader.position().byte();
         }
         Ok(Some(&self.record))
+    }
+
+    /// The last row as the error of a table that is not as a study wrote it.
+    fn changed(&self, field: &str, problem: &str) -> FileError {
+        let line = self.record.position().map(|p| p.line() as usize);
+        let remedy = "the table was changed after it was written: make it again";
+        FileError { line, field: field.into(), ..FileError::whole(&self.path, problem, remedy) }
     }
 
     fn rows_per_trial(&self) -> u64 {
