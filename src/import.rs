@@ -30,7 +30,7 @@ use crate::measure::poses::Postures;
 
 pub use error::ImportError;
 pub use guess::{Guess, guess};
-pub use initial_setup::state_noise;
+pub use initial_setup::{state_noise, without_noise};
 pub use report::{ImportReport, Skipped};
 
 /// Names of the formats.

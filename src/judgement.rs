@@ -6,7 +6,7 @@ mod error_table;
 mod expectations;
 pub mod side_by_side;
 
-pub use error_table::{ErrorRow, ErrorTable, NoErrors, Stage};
+pub use error_table::{ErrorRow, ErrorTable, FarOff, NoErrors, Stage};
 pub use expectations::Expectations;
 
 use crate::diagnosis::Diagnosis;

@@ -110,10 +110,10 @@ pub fn lacking_sentence(d: &Diagnosis) -> Option<String> {
             Some("The noise is stated too large, and what is smaller than it is overlooked.".into())
         }
         Verdict::NoiseLargerThanStated => Some("What the model leaves is noise, and more of it than stated.".into()),
-        Verdict::Unexplained => Some(format!(
-            "What the model leaves exceeds the noise, and no effect of the catalogue explains it{}.",
-            shape_words(d).map_or(String::new(), |words| format!("; {words}"))
-        )),
+        Verdict::Unexplained => by_row_order(d).or_else(|| {
+            let shape = shape_words(d).map_or(String::new(), |words| format!("; {words}"));
+            Some(format!("What the model leaves exceeds the noise, and no effect of the catalogue explains it{shape}."))
+        }),
         Verdict::DataDoNotFit => Some("The samples do not fit the robot.".into()),
         Verdict::Indistinguishable => Some(format!(
             "The model lacks one of these, and these samples cannot tell which: {}.",

@@ -129,16 +129,25 @@ fn at_the_robot(cause: &Diagnosis) -> Option<&'static str> {
     (work != Work::Model).then_some(act)
 }
 
+/// How long a row took, as an example on screens: what a robot needs to move, settle and be measured.
+const ROW_TIME: &str = "30s";
+
 /// What to do with a calibration that was written to this file, in order. `noise_stated` is false if the noise of the instrument is
 /// only known from the residual.
 #[must_use]
 pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, commands: &Recommended) -> Vec<String> {
     let Judgement { advice, cause, .. } = judgement;
-    let mut all = vec![match judgement.errors.does_harm() {
-        false => format!("use {file}"),
-        true => format!("do not use {file}: at the poses held out it errs more than the nominal arm"),
+    let errors = &judgement.errors;
+    let mut all = vec![match (errors.does_harm(), errors.gains_nothing()) {
+        (true, _) => format!("do not use {file}: at the poses held out it errs more than the nominal arm"),
+        (_, true) => format!("{file} gains nothing: at the poses held out it errs no less than the nominal arm"),
+        _ => format!("use {file}"),
     }];
-    if cause.verdict_of_the_rest() == Verdict::Unexplained
+    if cause.by_row_order.is_some() {
+        all.push(format!(
+            "if the rows stand in the order of measurement, calibrate again with `--every {ROW_TIME}`, or how long a row took"
+        ));
+    } else if cause.verdict_of_the_rest() == Verdict::Unexplained
         && let Some(times) = cause.beyond_noise()
     {
         all.push(format!("check places, units and the stated noise: the residual is {times:.0} times that noise"));
@@ -171,6 +180,14 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
         all.push(format!(
             "state the noise of the instrument (--noise), or measure ten poses twice: {:.0} µm{per_axis} would explain the residual",
             explains / UM
+        ));
+    }
+    if let (false, Some(half)) = (errors.far_off.is_empty(), errors.last()) {
+        let rows: Vec<String> = errors.far_off.iter().map(|row| format!("{} ({:.3} mm)", row.sample, row.error / MM)).collect();
+        all.push(format!(
+            "measure again, or leave out, of the rows held out {}: half of them are within {:.3} mm",
+            few_of(&rows),
+            half.quantiles[2] / MM
         ));
     }
     all

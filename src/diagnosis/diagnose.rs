@@ -5,8 +5,9 @@ use super::Verdict;
 use super::judgement::judged;
 use super::{Diagnosis, Finding, Scatter, all_aside};
 use crate::identify::Model;
-use crate::identify::calibration::IdentifyError;
+use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::measure::dataset::{Dataset, NamedDataset};
+use crate::residuals::misfit::{Abnormal, abnormal};
 use crate::residuals::noise::{Suspect, suspects_of};
 
 /// Finds the effect that `model` is missing, from the rows of set `fit`.
@@ -61,16 +62,33 @@ pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examinatio
     // What is only supposed makes no diagnosis fail.
     let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
     // A base that moved on the way bends the zeros of joints: it comes first.
-    if supposed.is_some() {
+    let happened = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && is_event(f));
+    if supposed.is_some() || happened.is_some() {
         diagnosis.abnormal.clear();
     }
-    Ok(match (supposed.is_some(), diagnosis.verdict) {
-        (true, Verdict::NoiseLargerThanStated | Verdict::NothingLeft) => {
+    let is_other = diagnosis.verdict.names_effects() || diagnosis.verdict.is_noise();
+    Ok(match supposed {
+        Some(event) if is_other => {
             let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };
-            Diagnosis { verdict: Verdict::Unexplained, by_row_order: supposed, scatter, ..diagnosis }
+            let (set95, by_row_order) = (Vec::new(), Some(event));
+            Diagnosis { verdict: Verdict::Unexplained, by_row_order, scatter, set95, explains: None, ..diagnosis }
         }
-        _ => Diagnosis { by_row_order: supposed, ..diagnosis },
+        by_row_order => Diagnosis { by_row_order, ..diagnosis },
     })
+}
+
+/// True for something that happened once, and that explains most of the residual.
+fn is_event(finding: &Finding) -> bool {
+    finding.hypothesis.moment.is_some() && finding.hypothesis.explains > SUPPOSED
+}
+
+/// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened in the
+/// order of the rows bends them.
+#[must_use]
+pub fn abnormal_in(datasets: &[NamedDataset<'_>], calibration: &Calibration) -> Vec<Abnormal> {
+    let all = abnormal(calibration);
+    let is_bent = || diagnose(datasets, &calibration.model).is_ok_and(|d| d.by_row_order.is_some());
+    if all.is_empty() || is_bent() { Vec::new() } else { all }
 }
 
 /// Interval at which rows without times are supposed to have been measured, s.
@@ -79,15 +97,19 @@ const ROW_S: f64 = 30.0;
 /// Share of the residual that an event in the order of the rows must explain to be supposed.
 const SUPPOSED: f64 = 0.5;
 
+/// An event must explain this many times as much as what is named without it.
+const FAR_MORE: f64 = 2.0;
+
 /// What happened in the order of the rows, where no row has a time and neighbours err alike: an event that explains most of the
-/// residual, at the odds of the diagnosis.
+/// residual, at the odds of the diagnosis, and far more than the effects that it names.
 fn by_row_order(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
     diagnosis: &Diagnosis,
 ) -> Result<Option<Finding>, IdentifyError> {
     let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
-    if has_time || diagnosis.verdict.names_effects() || !diagnosis.scatter.serial.is_significant() {
+    let named = diagnosis.explains.filter(|_| diagnosis.verdict.names_effects()).unwrap_or(0.0);
+    if has_time || FAR_MORE * named >= 1.0 || !diagnosis.scatter.serial.is_significant() {
         return Ok(None);
     }
     let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
@@ -96,9 +118,9 @@ fn by_row_order(
     }
     let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
     let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
-    let is_event = |f: &&Finding| f.hypothesis.moment.is_some() && f.hypothesis.explains > SUPPOSED;
     let names = supposed.verdict.names_effects();
-    Ok(supposed.findings.into_iter().next().filter(|f| names && is_event(&f)))
+    let first = supposed.findings.into_iter().next();
+    Ok(first.filter(|f| names && is_event(f) && f.hypothesis.explains > FAR_MORE * named))
 }
 
 /// As [`diagnose_examined`], without regard to the order of the rows.

@@ -8,15 +8,17 @@ mod proposal;
 
 use std::path::{Path, PathBuf};
 
+use toml_edit::{DocumentMut, Item, value};
+
 use self::proposal::{Proposal, Tried, shown};
 use super::column_map::ColumnMap;
 use super::generic::by_map;
 use super::unknown_table::Table;
 use super::{ImportError, ImportOptions, ImportReport, finished};
 use crate::files::FileError;
-use crate::measure::dataset::Dataset;
+use crate::measure::dataset::{Dataset, Noise};
 use crate::robot::Robot;
-use crate::units::MM;
+use crate::units::{DEG, MM, UM};
 
 /// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
 /// ten micrometres off (docs/importing.md).
@@ -54,6 +56,28 @@ pub struct Guess {
 }
 
 impl Guess {
+    /// The same, with a map that says that the rows stand in the order of measurement, one every so many seconds.
+    #[must_use]
+    pub fn every(self, interval_s: f64) -> Self {
+        let map = format!("{}\n[rows]\ninterval_s = {interval_s}\n", self.map);
+        Guess { map, ..self }
+    }
+
+    /// The map, with this noise in place of a weight.
+    #[must_use]
+    pub fn map_with(&self, noise: &Noise) -> String {
+        let Ok(mut map) = self.map.parse::<DocumentMut>() else { return self.map.clone() };
+        let mut table = toml_edit::Table::new();
+        let stated = [("point_um", noise.point, UM), ("orientation_deg", noise.orientation, DEG)];
+        for (name, size, unit) in stated {
+            if let Some(size) = size {
+                table[name] = value((size / unit * 1e9).round() / 1e9);
+            }
+        }
+        map["dataset"]["noise"] = Item::Table(table);
+        map.to_string()
+    }
+
     /// Imports files of the kind of the table through the proposed map.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use crate::identify::problem::UNSTATED_SIGMA;
 use crate::identify::{Model, identify};
 use crate::math::positive_definite::cholesky;
 use crate::measure::dataset::file::read_dataset;
-use crate::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
+use crate::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, Pose, angle_between, rigid_fit};
 use crate::units::DEG;
@@ -206,6 +206,19 @@ pub fn state_noise(dataset: &mut Dataset, sigma: f64) {
         dataset.noise.orientation = dataset.noise.orientation.map(|weight| weight * sigma / UNSTATED_SIGMA);
     }
     dataset.noise.point = Some(sigma);
+}
+
+/// The same dataset without the noise that it states for all its positions, that of orientations a weight again; `None` if it states
+/// none, or one of single samples.
+#[must_use]
+pub fn without_noise(dataset: &Dataset) -> Option<Dataset> {
+    let sigma = dataset.noise.point.or(dataset.noise.ball)?;
+    if dataset.samples.iter().any(|s| s.sigma.is_some()) {
+        return None;
+    }
+    let orientation = dataset.noise.orientation.map(|sigma_of| sigma_of * UNSTATED_SIGMA / sigma);
+    let noise = Noise { point: None, ball: None, orientation, ..dataset.noise.clone() };
+    Some(Dataset { noise, ..dataset.clone() })
 }
 
 #[cfg(test)]

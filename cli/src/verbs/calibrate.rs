@@ -14,7 +14,7 @@ use calibench::identify::calibration::{Calibration, IdentifyError, write_calibra
 use calibench::identify::fit::FitError;
 use calibench::identify::model_file::write_model;
 use calibench::identify::problem::Use;
-use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess, state_noise};
+use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess, state_noise, without_noise};
 use calibench::judgement::Judgement;
 use calibench::measure::campaign::journal::refuse_measured;
 use calibench::measure::dataset::Dataset;
@@ -28,7 +28,7 @@ use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
 use calibench::units::{MM, UM};
 use calibench_report::documents::{self, to_value};
-use calibench_report::{Recommended, all_called, few_of, first_screen, nominal_fit_line, what_to_do_now};
+use calibench_report::{Recommended, all_called, first_screen, nominal_fit_line, what_to_do_now};
 
 use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
@@ -51,8 +51,6 @@ const MAP: &str = "map.toml";
 const HELD_OUT: f64 = 0.2;
 /// Fewest rows of which some can be fitted and the others judge.
 const FEWEST: usize = 10;
-/// A row held out is far off beyond this many times the median error: of a thousand normal errors the largest is 2.6 times.
-const GROSS: f64 = 8.0;
 /// Seed of the choice of what is held out.
 const SEED: u64 = 1;
 
@@ -67,6 +65,10 @@ pub struct Arguments {
     /// One-sigma of the instrument for each coordinate, such as 20um or 0.02mm; if it is not given, it is found from the residuals
     #[arg(long, value_parser = length)]
     noise: Option<f64>,
+    /// Time from one row to the next, such as 30s, if the rows stand in the order of measurement: what was bumped, loosened or warmed up
+    /// on the way is then found
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    every: Option<f64>,
     /// Largest position error that the robot may have, such as 0.2mm: the exit code is 1 if a pose held out has a larger one
     #[arg(long, value_parser = length)]
     tolerance: Option<f64>,
@@ -86,6 +88,14 @@ fn length(text: &str) -> Result<f64, String> {
     let help = || "give a length with its unit, such as 20um or 0.2mm".to_owned();
     let (unit, si) =
         [("um", UM), ("µm", UM), ("mm", MM), ("m", 1.0)].into_iter().find(|(unit, _)| text.ends_with(unit)).ok_or_else(help)?;
+    let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
+    if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
+}
+
+/// A time with its unit, s.
+fn duration(text: &str) -> Result<f64, String> {
+    let help = || "give a time with its unit, such as 30s or 2min".to_owned();
+    let (unit, si) = [("min", 60.0), ("s", 1.0)].into_iter().find(|(unit, _)| text.ends_with(unit)).ok_or_else(help)?;
     let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
     if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
 }
@@ -121,9 +131,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let [(_, dataset)] = datasets;
     let name = name_of(folder);
     waiting.begin("calibrating");
-    let named = [NamedDataset::new(&name, &dataset)];
     let located = |error| located(&arguments.tables[0], error);
-    let ladder = run_ladder(&waiting, &named, &Model::default_for(&dataset)).map_err(located)?;
+    let ladder = |dataset: &Dataset| {
+        run_ladder(&waiting, &[NamedDataset::new(&name, dataset)], &Model::default_for(dataset)).map_err(located)
+    };
+    let first = ladder(&dataset)?;
+    // What is far below the residual binds a fit into a valley that has no end.
+    let is_lost = first.first().calibration.unconverged().is_some();
+    let freed = without_noise(&dataset).filter(|_| is_lost).map(|freed| as_written(&freed)).transpose()?;
+    let again = freed.map(|freed| ladder(&freed).map(|ladder| (freed, ladder))).transpose()?;
+    let again = again.filter(|(_, ladder)| ladder.first().calibration.unconverged().is_none());
+    let is_freed = again.is_some();
+    let (dataset, ladder) = again.unwrap_or((dataset, first));
+    let named = [NamedDataset::new(&name, &dataset)];
     waiting.begin("judging");
     let mut judgement = Judgement::of(&named, &named, &ladder).map_err(located)?;
     if gate.misfit.is_some() {
@@ -134,10 +154,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let is_met = arguments.tolerance.is_none_or(|tolerance| judgement.errors.last().is_some_and(|v| v.max <= tolerance));
     let outcome = if is_met && !judgement.errors.does_harm() { Outcome::Done } else { Outcome::ExpectationFailed };
     let commands = Recommended::of(std::slice::from_ref(folder), Some(&folder.join(MODEL)));
-    let mut to_do =
-        what_to_do_now(&judgement, chosen.calibration.noise_stated, &folder.join(CALIBRATION).display().to_string(), &commands);
-    if gate.misfit.is_none() {
-        to_do.extend(gross_rows(&chosen.calibration, &named)?);
+    let mut to_do = what_to_do_now(
+        &judgement,
+        chosen.calibration.noise_stated || is_freed,
+        &folder.join(CALIBRATION).display().to_string(),
+        &commands,
+    );
+    if is_freed {
+        to_do.push("look for what moved or slipped: no fit converges under the stated noise, which is left out".into());
     }
     let document = documents::Judged {
         next: to_do.clone(),
@@ -155,7 +179,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write_calibration(&calibration, &inside.join(CALIBRATION))?;
         write_model(&chosen.model, &inside.join(MODEL))?;
         if let Some(guess) = &map {
-            write_whole(&inside.join(MAP), guess.map.as_bytes())?;
+            let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
+            write_whole(&inside.join(MAP), map.as_bytes())?;
         }
         if let Ok(urdf) = &urdf {
             write_whole(&inside.join(URDF), urdf.as_bytes())?;
@@ -207,6 +232,9 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         if arguments.robot.is_some() {
             return Err("--robot is for tables: a dataset names its robot itself".into());
         }
+        if arguments.every.is_some() {
+            return Err("--every is for tables: the samples of a dataset have a column `time_s`".into());
+        }
         return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
     }
     let Some(named) = arguments.robot.as_deref() else {
@@ -220,6 +248,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         return Err(problem.into());
     };
     let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &from_anywhere(named))?;
+    let guessed = if let Some(time) = arguments.every { guessed.every(time) } else { guessed };
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
     let rows = format!("Read: {} rows", dataset.samples.len());
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
@@ -229,32 +258,6 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);
     Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })
-}
-
-/// What to do about rows held out that are far off, which no fit has seen and no diagnosis names.
-fn gross_rows(calibration: &Calibration, named: &[NamedDataset<'_>]) -> Result<Option<String>, Failure> {
-    let prediction = calibration.predict(named, Use::Validation)?;
-    let mut rows: Vec<(f64, &String)> = prediction
-        .residuals
-        .iter()
-        .map(|r| r.norm())
-        .zip(&prediction.sample_ids)
-        .filter(|(error, _)| error.is_finite())
-        .collect();
-    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let Some(&(median, _)) = rows.get(rows.len() / 2) else { return Ok(None) };
-    let gross: Vec<String> = rows
-        .iter()
-        .take_while(|(error, _)| *error > GROSS * median)
-        .map(|(error, id)| format!("{id} ({:.3} mm)", error / MM))
-        .collect();
-    Ok((!gross.is_empty()).then(|| {
-        format!(
-            "measure again, or leave out, of the rows held out {}: half of them are within {:.3} mm",
-            few_of(&gross),
-            median / MM
-        )
-    }))
 }
 
 /// The dataset as it is read back, with the digest by which a calibration knows it and with a robot of its own.

@@ -4,14 +4,13 @@ mod several;
 
 use std::path::PathBuf;
 
-use calibench::diagnosis::{Examination, diagnose};
+use calibench::diagnosis::{Examination, abnormal_in, diagnose};
 use calibench::files::disk::check_output_folder;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::prediction::{Extrapolation, WorkspacePoses};
 use calibench::residuals::comparison::Comparison;
-use calibench::residuals::misfit::abnormal;
 use calibench_report::{
     Forecast, NoForecast, PLOTS_MARK, Printout, Recommended, abnormal_sentences, comparison_headline, comparison_sentences,
     comparison_text, documents, extrapolation_sentence, lacking_sentence, masses_sentence, write_comparison_plots,
@@ -81,6 +80,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let of_fit = comparison.fit_relation.fitted && which == Use::Fit;
     let diagnosis = of_fit.then(|| diagnose(&named(&datasets), &calibration.model).ok()).flatten();
     let first = diagnosis.as_ref().and_then(lacking_sentence);
+    let abnormal = match diagnosis {
+        Some(diagnosis) => diagnosis.abnormal,
+        None => abnormal_in(&named(&datasets), &calibration),
+    };
     drop(waiting);
     if let Some(folder) = &arguments.plots {
         write_comparison_plots(&comparison, forecast.as_ref().ok(), folder)?;
@@ -90,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         document.sentences.splice(0..0, first);
         print_json(&document)?;
     } else {
-        abnormal_sentences(&abnormal(&calibration)).iter().try_for_each(|sentence| print_answer(sentence))?;
+        abnormal_sentences(&abnormal).iter().try_for_each(|sentence| print_answer(sentence))?;
         print_answer(format!("{}\n", comparison_headline(&comparison)))?;
         masses_sentence(&calibration.robot).iter().try_for_each(|sentence| print(*sentence))?;
         first.iter().try_for_each(|sentence| print_answer(format!("* {sentence}")))?;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use calibench::diagnosis::abnormal_in;
 use calibench::diagnosis::shifts::Shifts;
 use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
@@ -9,7 +10,7 @@ use calibench::identify::fit::Outcome as FitOutcome;
 use calibench::identify::fleet::identify_with_fleet;
 use calibench::identify::identify;
 use calibench::identify::problem::Use;
-use calibench::residuals::misfit::{abnormal, unbelievable};
+use calibench::residuals::misfit::unbelievable;
 use calibench::units::MM;
 use calibench_report::{
     Printout, RESIDUAL, abnormal_sentences, documents, fleet_sentence, frames_table, orientation_words, parameter_table,
@@ -97,7 +98,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ..document
         })?;
     } else {
-        abnormal_sentences(&abnormal(&calibration)).iter().try_for_each(|sentence| print_answer(sentence))?;
+        abnormal_sentences(&abnormal_in(&named(&datasets), &calibration))
+            .iter()
+            .try_for_each(|sentence| print_answer(sentence))?;
         gate.tell()?;
         fleet.iter().try_for_each(|judged| print(fleet_sentence(judged)))?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;

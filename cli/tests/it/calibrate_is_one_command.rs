@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::oracles::data;
-use crate::program::{calibench, json};
+use crate::program::{calibench, done, json};
 
 /// The first rows of the UR5's table, as its owners wrote it.
 fn table(folder: &Path, rows: usize) {
@@ -102,6 +102,7 @@ fn what_is_missing_is_named_and_nothing_is_written() {
         (vec!["calibrate", "absent", "-o", "ur5"], "absent: is not there"),
         (vec!["calibrate", "table.csv", "copy.csv", "--robot", "ur5", "-o", "ur5"], "the same bytes as table.csv"),
         (vec!["calibrate", "table.csv", "--robot", "ur5", "--noise", "20", "-o", "ur5"], "such as 20um"),
+        (vec!["calibrate", "table.csv", "--robot", "ur5", "--every", "30", "-o", "ur5"], "such as 30s"),
         (vec!["calibrate", "table.csv", "--robot", "kr6_r700", "-o", "ur5"], "do not fit this robot"),
     ] {
         let output = calibench(at, &arguments);
@@ -148,6 +149,39 @@ fn a_mistyped_row_is_named() {
         assert!(found.contains(cause), "{line}: {found}");
         assert!(said.contains(to_do), "{line}: {said}");
     }
+}
+
+/// A tracker bumped half-way is found in the order of the rows; told that the rows stand in it, the program corrects for it. The map
+/// keeps what was said of the rows and of the noise, so that the same table is read so by every other verb.
+#[test]
+fn what_was_bumped_is_corrected_where_the_rows_have_an_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 80);
+    let text = fs::read_to_string(at.join("table.csv")).unwrap();
+    let z = text.lines().next().unwrap().split(',').position(|title| title.trim() == "z_dif").expect("the table has it");
+    let bumped = text.lines().enumerate().map(|(k, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k > 40 {
+            fields[z] = format!("{}", fields[z].parse::<f64>().unwrap() + 1.0);
+        }
+        fields.join(",") + "\n"
+    });
+    fs::write(at.join("table.csv"), bumped.collect::<String>()).unwrap();
+    let calibrate = ["calibrate", "table.csv", "--robot", "ur5", "--noise", "20um", "--wide", "-o", "ur5"];
+    let said = String::from_utf8_lossy(&calibench(at, &calibrate).stdout).into_owned();
+    assert!(said.contains("if the rows are in the order of measurement, base or artifact was bumped once"), "{said}");
+    assert!(said.contains("Next: if the rows stand in the order of measurement, calibrate again with `--every 30s`"), "{said}");
+    let judged =
+        |of: &str| number(&serde_json::from_str(&fs::read_to_string(at.join("ur5/judgement.json")).unwrap()).unwrap(), of);
+    let before = judged("/errors/calibrated/mean_mm");
+    let said = done(at, &[&calibrate[..], &["--every", "30s"]].concat());
+    assert!(said.contains("base bumped after 1185 s") && !said.contains("--every"), "{said}");
+    assert!(judged("/errors/recommended/mean_mm") < 0.3 * before, "{before}: {said}");
+    done(at, &["import", "generic", "--map", "ur5/map.toml", "table.csv", "-o", "again"]);
+    let dataset = fs::read_to_string(at.join("again/dataset.toml")).unwrap();
+    let samples = fs::read_to_string(at.join("again/samples.csv")).unwrap();
+    assert!(dataset.contains("point_um = 20.0") && samples.lines().next().unwrap().contains("time_s"), "{dataset}");
 }
 
 /// Adds millimetres to z of every so many-th row of the table, and returns the number of these rows.
