@@ -97,11 +97,11 @@ const ROW_S: f64 = 30.0;
 /// Share of the residual that an event in the order of the rows must explain to be supposed.
 const SUPPOSED: f64 = 0.5;
 
-/// An event must explain this many times as much as what is named without it.
-const FAR_MORE: f64 = 2.0;
+/// An event must leave at most this share of what the effects leave that are named without it.
+const LEAVES: f64 = 0.5;
 
 /// What happened in the order of the rows, where no row has a time and neighbours err alike: an event that explains most of the
-/// residual, at the odds of the diagnosis, and far more than the effects that it names.
+/// residual, at the odds of the diagnosis, and of which far less remains than of the effects that it names.
 fn by_row_order(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
@@ -109,7 +109,7 @@ fn by_row_order(
 ) -> Result<Option<Finding>, IdentifyError> {
     let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
     let named = diagnosis.explains.filter(|_| diagnosis.verdict.names_effects()).unwrap_or(0.0);
-    if has_time || FAR_MORE * named >= 1.0 || !diagnosis.scatter.serial.is_significant() {
+    if has_time || diagnosis.verdict == Verdict::Identified || !diagnosis.scatter.serial.is_significant() {
         return Ok(None);
     }
     let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
@@ -120,7 +120,7 @@ fn by_row_order(
     let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
     let names = supposed.verdict.names_effects();
     let first = supposed.findings.into_iter().next();
-    Ok(first.filter(|f| names && is_event(f) && f.hypothesis.explains > FAR_MORE * named))
+    Ok(first.filter(|f| names && is_event(f) && 1.0 - f.hypothesis.explains < LEAVES * (1.0 - named)))
 }
 
 /// As [`diagnose_examined`], without regard to the order of the rows.

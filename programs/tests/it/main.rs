@@ -3,6 +3,7 @@
 
 mod a_dense_path_stays_smooth;
 mod a_program_is_rewritten_and_nothing_else;
+mod elements_of_arrays_are_told_apart;
 mod every_dialect_branches_and_calls;
 mod every_frame_is_taken_or_told;
 mod frames_come_from_files;

@@ -151,13 +151,14 @@ impl Statement {
         Some(Motion { verb, positions: arguments.into_iter().take(*count).collect(), frames })
     }
 
-    /// The target of an assignment in capitals: its name, and the component that is set.
+    /// The target of an assignment in capitals: its name with its index, if it has one, and the component that is set.
     pub fn target(&self) -> Option<(String, String)> {
         let (left, _) = self.capitals.split_once(":=").filter(|_| motion_word(&self.capitals).is_none())?;
-        let left: String = left.replace(" .", ".").replace(". ", ".").replace(" {", "{");
+        let left: String = left.replace(" .", ".").replace(". ", ".").replace(" {", "{").replace("{ ", "{");
+        let left: String = left.replace(" }", "}").replace(" ,", ",").replace(", ", ",");
         let word = left.trim_end().rsplit(|c: char| c.is_whitespace()).next()?;
-        let rest = word.split_once('.').map_or("", |(_, rest)| rest);
-        Some((root_of(word).to_owned(), rest.to_owned()))
+        let (name, rest) = word.split_once('.').unwrap_or((word, ""));
+        Some((name.to_owned(), rest.to_owned()))
     }
 }
 
