@@ -22,15 +22,29 @@ pub struct StateErrors {
     /// Number of poses that meet the tolerance; not there without errors, or without a tolerance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub met: Option<usize>,
+    /// Number of poses in each of equal classes from zero to `classes_to_mm`; empty without errors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counts: Vec<usize>,
     /// The reason why there are no errors; otherwise not there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absent: Option<String>,
 }
 
+/// Number of classes of a histogram.
+const CLASSES: usize = 24;
+
 impl StateErrors {
-    fn of(row: &ErrorRow, tolerance: Option<f64>) -> Self {
+    /// The errors of a state, in classes up to `largest`, m.
+    fn of(row: &ErrorRow, tolerance: Option<f64>, largest: f64) -> Self {
         let of = |f: fn(&calibench::residuals::Validation) -> f64| row.errors.as_ref().ok().map(|v| f(v) / MM);
+        let class = |error: &f64| ((error / largest * CLASSES as f64) as usize).min(CLASSES - 1);
+        let counted = row.errors.as_ref().ok().filter(|_| largest > 0.0).map(|v| {
+            let mut counts = vec![0; CLASSES];
+            v.errors.iter().filter(|error| error.is_finite()).for_each(|error| counts[class(error)] += 1);
+            counts
+        });
         StateErrors {
+            counts: counted.unwrap_or_default(),
             mean_mm: of(|v| v.mean),
             p95_mm: of(|v| v.quantiles[4]),
             max_mm: of(|v| v.max),
@@ -49,6 +63,9 @@ pub struct BeforeAndAfter {
     pub fitted: usize,
     /// Number of poses judged.
     pub judged: usize,
+    /// The largest error of all states, mm, up to which the classes of their histograms go; not there without errors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub classes_to_mm: Option<f64>,
     /// What the controller reaches: against commanded positions, or the nominal arm on its base and with its tool as stated.
     pub as_delivered: StateErrors,
     /// Nominal arm, base and free tool fitted.
@@ -63,14 +80,16 @@ impl BeforeAndAfter {
     /// The errors of a table, with the number of poses that meet a tolerance (m), if there is one.
     #[must_use]
     pub fn of(errors: &calibench::judgement::ErrorTable, tolerance: Option<f64>) -> Self {
+        let largest = errors.rows.iter().filter_map(|row| row.errors.as_ref().ok()).map(|v| v.max).fold(0.0, f64::max);
         let [as_delivered, nominal, calibrated, recommended] =
-            errors.rows.each_ref().map(|row| StateErrors::of(row, tolerance));
+            errors.rows.each_ref().map(|row| StateErrors::of(row, tolerance, largest));
         debug_assert!(errors.rows[0].stage == Stage::AsDelivered);
         let judged = errors.last().map_or(0, |v| v.samples);
         BeforeAndAfter {
             held_out: errors.held_out,
             fitted: errors.fitted,
             judged,
+            classes_to_mm: (largest > 0.0).then_some(largest / MM),
             as_delivered,
             nominal,
             calibrated,

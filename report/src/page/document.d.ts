@@ -82,6 +82,8 @@ interface StateErrors {
   p95_mm: number | null;
   max_mm: number | null;
   absent?: string | null;
+  /** Poses in equal classes from zero to `classes_to_mm`. */
+  counts?: number[];
   /** Poses that meet the tolerance, if one is stated. */
   met?: number | null;
 }
@@ -89,6 +91,8 @@ interface StateErrors {
 interface States {
   held_out: boolean;
   judged: number;
+  /** The largest error of all states, up to which the classes of their histograms go. */
+  classes_to_mm?: number | null;
   as_delivered: StateErrors;
   nominal: StateErrors;
   calibrated: StateErrors;

@@ -93,7 +93,6 @@ function now({ states: of, names }) {
 function states({ states: of, names, judgement }) {
   if (!of) return false;
   const rows = inOrder(of);
-  const most = Math.max(...rows.map(([, , errors]) => errors.mean_mm ?? 0), Number.MIN_VALUE);
   const tolerance = judgement?.tolerance_mm;
   const head = [`${of.held_out ? names.not_fitted : names.residual}, mm`, "mean", "95 %", "max", ""];
   /** @param {StateErrors} errors */
@@ -105,23 +104,39 @@ function states({ states: of, names, judgement }) {
   const line = ([name, remark, errors]) => {
     const figures = [errors.mean_mm, errors.p95_mm, errors.max_mm];
     const cells = figures.map((mm) => element("td", {}, typeof mm === "number" ? thousandths(mm) : "–"));
-    const bar = element(
-      "span",
-      { class: "bar", "aria-hidden": "true" },
-      element("i", { style: `width: ${(100 * (errors.mean_mm ?? 0)) / most}%` }),
-    );
     const said = errors.absent ?? (met(errors) || remark);
-    return element("tr", {}, element("th", { scope: "row" }, name, bar), cells, element("td", { class: "said" }, said));
+    const named = element("th", { scope: "row" }, name, histogram(errors, of.classes_to_mm ?? 0));
+    return element("tr", {}, named, cells, element("td", { class: "said" }, said));
   };
   const header = element(
     "tr",
     {},
     head.map((text) => (text ? element("th", { scope: "col" }, text) : element("td", {}))),
   );
-  return scrolling(
-    "Errors before and after",
-    element("table", { class: "states" }, element("thead", {}, header), element("tbody", {}, rows.map(line))),
+  const table = element(
+    "table",
+    { class: "states" },
+    element("thead", {}, header),
+    element("tbody", {}, rows.map(line)),
   );
+  const drawn = `Bars: poses by their error, from 0 to ${thousandths(of.classes_to_mm)} mm in each row; line: mean.`;
+  return [
+    scrolling("Errors before and after", table),
+    typeof of.classes_to_mm === "number" && element("p", { class: "quiet" }, drawn),
+  ];
+}
+
+/**
+ * How many poses err by how much, on the axis of all states.
+ * @param {StateErrors} errors
+ * @param {number} upTo mm
+ */
+function histogram({ counts, mean_mm: mean }, upTo) {
+  if (!counts?.length || typeof mean !== "number") return false;
+  const most = Math.max(...counts);
+  const column = (/** @type {number} */ count) => element("i", { style: `height: ${(100 * count) / most}%` });
+  const line = element("b", { style: `left: ${(100 * mean) / upTo}%` });
+  return element("span", { class: "histogram", "aria-hidden": "true" }, counts.map(column), line);
 }
 
 /** @param {Report} report */
