@@ -63,10 +63,11 @@ fn by_row_order(d: &Diagnosis) -> Option<String> {
     ))
 }
 
-/// What happened, and when.
+/// What happened, and when, if it was once.
 fn event_words(d: &Diagnosis, event: &Finding) -> Option<String> {
     let family = d.registry.family(&event.hypothesis.in_model)?;
-    event.hypothesis.moment.as_ref().map(|moment| format!("{}, {}", family.what, moment_words(moment)))
+    let when = event.hypothesis.moment.as_ref().map(|moment| format!(", {}", moment_words(moment)));
+    Some(format!("{}{}", family.what, when.unwrap_or_default()))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.

@@ -2,8 +2,11 @@
 
 use super::Examination;
 use super::Verdict;
+use super::hypotheses::Hypothesis;
 use super::judgement::judged;
 use super::{Diagnosis, Finding, Scatter, all_aside};
+use crate::effects::facts::Follows;
+use crate::effects::family::Family;
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
 use crate::measure::dataset::{Dataset, NamedDataset};
@@ -62,7 +65,7 @@ pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examinatio
     // What is only supposed makes no diagnosis fail.
     let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
     // A base that moved on the way bends the zeros of joints: it comes first.
-    let happened = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && is_event(f));
+    let happened = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && is_event(&diagnosis, f));
     if supposed.is_some() || happened.is_some() {
         diagnosis.abnormal.clear();
     }
@@ -77,9 +80,18 @@ pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examinatio
     })
 }
 
-/// True for something that happened once, and that explains most of the residual.
-fn is_event(finding: &Finding) -> bool {
-    finding.hypothesis.moment.is_some() && finding.hypothesis.explains > SUPPOSED
+/// True for something that happened once and explains much of the residual, and for a set-up that moves all the time and explains
+/// nearly all.
+fn is_event(diagnosis: &Diagnosis, finding: &Finding) -> bool {
+    let Hypothesis { moment, explains, in_model, .. } = &finding.hypothesis;
+    let moves = |family: &Family| {
+        let of = |what: &[Follows]| family.follows.iter().any(|follows| what.contains(follows));
+        of(&[Follows::Time]) && of(&[Follows::World, Follows::Tool])
+    };
+    match moment {
+        Some(_) => *explains > SUPPOSED,
+        None => *explains > NEARLY_ALL && diagnosis.registry.family(in_model).is_some_and(moves),
+    }
 }
 
 /// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened in the
@@ -95,13 +107,16 @@ pub fn abnormal_in(datasets: &[NamedDataset<'_>], calibration: &Calibration) -> 
 const ROW_S: f64 = 30.0;
 
 /// Share of the residual that an event in the order of the rows must explain to be supposed.
-const SUPPOSED: f64 = 0.5;
+const SUPPOSED: f64 = 0.4;
+
+/// Share of the residual that a set-up must explain that moves all the time: it can follow much of what depends on postures.
+const NEARLY_ALL: f64 = 0.9;
 
 /// An event must leave at most this share of what the effects leave that are named without it.
 const LEAVES: f64 = 0.5;
 
-/// What happened in the order of the rows, where no row has a time and neighbours err alike: an event that explains most of the
-/// residual, at the odds of the diagnosis, and of which far less remains than of the effects that it names.
+/// What happened in the order of the rows, where no row has a time, and neighbours err alike or nothing is named: an event that
+/// explains much of the residual, at the odds of the diagnosis, and of which far less remains than of the effects that it names.
 fn by_row_order(
     datasets: &[NamedDataset<'_>],
     examination: &Examination,
@@ -109,7 +124,8 @@ fn by_row_order(
 ) -> Result<Option<Finding>, IdentifyError> {
     let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
     let named = diagnosis.explains.filter(|_| diagnosis.verdict.names_effects()).unwrap_or(0.0);
-    if has_time || diagnosis.verdict == Verdict::Identified || !diagnosis.scatter.serial.is_significant() {
+    let is_open = diagnosis.verdict == Verdict::Unexplained || diagnosis.scatter.serial.is_significant();
+    if has_time || diagnosis.verdict == Verdict::Identified || !is_open {
         return Ok(None);
     }
     let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
@@ -119,8 +135,8 @@ fn by_row_order(
     let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
     let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
     let names = supposed.verdict.names_effects();
-    let first = supposed.findings.into_iter().next();
-    Ok(first.filter(|f| names && is_event(f) && 1.0 - f.hypothesis.explains < LEAVES * (1.0 - named)))
+    let first = supposed.findings.first().filter(|f| is_event(&supposed, f));
+    Ok(first.filter(|f| names && 1.0 - f.hypothesis.explains < LEAVES * (1.0 - named)).cloned())
 }
 
 /// As [`diagnose_examined`], without regard to the order of the rows.
