@@ -17,20 +17,20 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const NOISE: f64 = 50.0 * UM;
-const ROBOTS: [&str; 4] = ["ur5", "ur10", "kr6_r700", "panda"];
+pub const ROBOTS: [&str; 4] = ["ur5", "ur10", "kr6_r700", "panda"];
 
 fn normal(random: &mut ChaCha8Rng) -> f64 {
     let [u, v]: [f64; 2] = [random.random_range(1e-12..1.0), random.random_range(0.0..1.0)];
     (-2.0 * u.ln()).sqrt() * (2.0 * PI * v).cos()
 }
 
-fn vector(random: &mut ChaCha8Rng) -> Vector3<f64> {
+pub fn vector(random: &mut ChaCha8Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| normal(random))
 }
 
 /// Measures fifty postures of a real arm from so many anchors, or as points where there are none. Its quality is in tenths of a
 /// degree and 0.3 mm.
-fn measured(robot: Robot, anchors: usize, quality: f64, random: &mut ChaCha8Rng) -> Dataset {
+pub fn measured(robot: Robot, anchors: usize, quality: f64, random: &mut ChaCha8Rng) -> Dataset {
     let mut arm = robot.clone();
     for link in &mut arm.links {
         link.mdh.alpha += 0.1 * DEG * quality * normal(random);

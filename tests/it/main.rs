@@ -75,6 +75,7 @@ mod the_order_of_effects_changes_nothing;
 mod what_is_determined_is_asked_again;
 mod what_is_identified_is_read_back;
 mod what_is_noticed_is_offered;
+mod what_moved_half_way_is_named;
 mod what_stands_out_is_what_is_wrong;
 #[path = "../../benches/works/mod.rs"]
 mod works;
