@@ -113,7 +113,7 @@ const SUPPOSED: f64 = 0.4;
 const NEARLY_ALL: f64 = 0.9;
 
 /// An event must leave at most this share of what the effects leave that are named without it.
-const LEAVES: f64 = 0.5;
+const LEAVES: f64 = 0.6;
 
 /// What happened in the order of the rows, where no row has a time, and neighbours err alike or nothing is named: an event that
 /// explains much of the residual, at the odds of the diagnosis, and of which far less remains than of the effects that it names.
