@@ -28,7 +28,7 @@ mod verdict;
 mod whiteness;
 
 pub use curve_families::CurveFamily;
-pub use diagnose::{abnormal_in, diagnose, diagnose_examined};
+pub use diagnose::{diagnose, diagnose_examined};
 pub use examination::Examination;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;

@@ -94,13 +94,15 @@ fn is_event(diagnosis: &Diagnosis, finding: &Finding) -> bool {
     }
 }
 
-/// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened in the
-/// order of the rows bends them.
-#[must_use]
-pub fn abnormal_in(datasets: &[NamedDataset<'_>], calibration: &Calibration) -> Vec<Abnormal> {
-    let all = abnormal(calibration);
-    let is_bent = || diagnose(datasets, &calibration.model).is_ok_and(|d| d.by_row_order.is_some());
-    if all.is_empty() || is_bent() { Vec::new() } else { all }
+impl Diagnosis {
+    /// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened in
+    /// the order of the rows bends them.
+    #[must_use]
+    pub fn abnormal_in(datasets: &[NamedDataset<'_>], calibration: &Calibration) -> Vec<Abnormal> {
+        let all = abnormal(calibration);
+        let is_bent = || diagnose(datasets, &calibration.model).is_ok_and(|d| d.by_row_order.is_some());
+        if all.is_empty() || is_bent() { Vec::new() } else { all }
+    }
 }
 
 /// Interval at which rows without times are supposed to have been measured, s.
@@ -125,7 +127,7 @@ fn by_row_order(
     let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
     let named = diagnosis.explains.filter(|_| diagnosis.verdict.names_effects()).unwrap_or(0.0);
     let is_open = diagnosis.verdict == Verdict::Unexplained || diagnosis.scatter.serial.is_significant();
-    if has_time || diagnosis.verdict == Verdict::Identified || !is_open {
+    if has_time || !is_open {
         return Ok(None);
     }
     let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();

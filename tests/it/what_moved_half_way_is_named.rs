@@ -19,9 +19,8 @@ fn campaign(seed: u64) -> Dataset {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut data = measured(built_in(ROBOTS[seed as usize % 4]).unwrap(), 0, 1.0, random);
     let joints = data.robot.joints();
-    let encoders: Vec<[f64; 2]> = (0..joints)
-        .map(|_| [300.0 * URAD * random.random_range(0.0..1.0), random.random_range(-3.0..3.0)])
-        .collect();
+    let encoders: Vec<[f64; 2]> =
+        (0..joints).map(|_| [300.0 * URAD * random.random_range(0.0..1.0), random.random_range(-3.0..3.0)]).collect();
     for sample in &mut data.samples {
         sample.q.iter_mut().zip(&encoders).for_each(|(q, [size, phase])| *q -= size * (*q + phase).sin());
     }

@@ -4,7 +4,7 @@ mod several;
 
 use std::path::PathBuf;
 
-use calibench::diagnosis::{Examination, abnormal_in, diagnose};
+use calibench::diagnosis::{Diagnosis, Examination, diagnose};
 use calibench::files::disk::check_output_folder;
 use calibench::identify::calibration::Calibration;
 use calibench::identify::problem::Use;
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let first = diagnosis.as_ref().and_then(lacking_sentence);
     let abnormal = match diagnosis {
         Some(diagnosis) => diagnosis.abnormal,
-        None => abnormal_in(&named(&datasets), &calibration),
+        None => Diagnosis::abnormal_in(&named(&datasets), &calibration),
     };
     drop(waiting);
     if let Some(folder) = &arguments.plots {

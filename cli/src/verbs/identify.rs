@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::diagnosis::abnormal_in;
+use calibench::diagnosis::Diagnosis;
 use calibench::diagnosis::shifts::Shifts;
 use calibench::effects::registry::Registry;
 use calibench::identify::calibration::{Calibration, IdentifyError, read_calibration, write_calibration};
@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ..document
         })?;
     } else {
-        abnormal_sentences(&abnormal_in(&named(&datasets), &calibration))
+        abnormal_sentences(&Diagnosis::abnormal_in(&named(&datasets), &calibration))
             .iter()
             .try_for_each(|sentence| print_answer(sentence))?;
         gate.tell()?;
