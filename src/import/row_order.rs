@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::ImportReport;
-use crate::measure::dataset::Sample;
+use crate::measure::dataset::{Dataset, Sample};
 
 /// A joint that moves less than this, rad or m, has not moved: below the resolution of any controller.
 const UNMOVED: f64 = 1e-6;
@@ -66,6 +66,15 @@ impl RowOrder {
                 sample.time_s = Some(interval * f64::from(row));
             }
         }
+    }
+}
+
+impl Dataset {
+    /// States times for samples without any, in the order in which they stand: a row every so many seconds, from the first of each
+    /// session on.
+    pub fn state_times(&mut self, interval_s: f64) {
+        let rows = RowOrder { approach: false, interval_s: Some(interval_s) };
+        rows.apply(&mut self.samples, &mut ImportReport::default());
     }
 }
 

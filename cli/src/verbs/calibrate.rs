@@ -232,10 +232,14 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
         if arguments.robot.is_some() {
             return Err("--robot is for tables: a dataset names its robot itself".into());
         }
-        if arguments.every.is_some() {
-            return Err("--every is for tables: the samples of a dataset have a column `time_s`".into());
+        let mut dataset = read_dataset(folder)?;
+        if let Some(time) = arguments.every {
+            if dataset.samples.iter().any(|s| s.time_s.is_some()) {
+                return Err("--every is for rows without times: the samples of this dataset have them (time_s)".into());
+            }
+            dataset.state_times(time);
         }
-        return Ok(Source { dataset: read_dataset(folder)?, map: None, said: Vec::new() });
+        return Ok(Source { dataset, map: None, said: Vec::new() });
     }
     let Some(named) = arguments.robot.as_deref() else {
         // A folder that is not there is a dataset with a robot of its own, perhaps.
