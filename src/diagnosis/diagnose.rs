@@ -95,12 +95,12 @@ fn is_event(diagnosis: &Diagnosis, finding: &Finding) -> bool {
 }
 
 impl Diagnosis {
-    /// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened in
-    /// the order of the rows bends them.
+    /// The abnormal parameters of a calibration of these data, as their diagnosis names them: none where something that happened on
+    /// the way bends them.
     #[must_use]
     pub fn abnormal_in(datasets: &[NamedDataset<'_>], calibration: &Calibration) -> Vec<Abnormal> {
         let all = abnormal(calibration);
-        let is_bent = || diagnose(datasets, &calibration.model).is_ok_and(|d| d.by_row_order.is_some());
+        let is_bent = || diagnose(datasets, &calibration.model).is_ok_and(|d| d.abnormal.is_empty());
         if all.is_empty() || is_bent() { Vec::new() } else { all }
     }
 }

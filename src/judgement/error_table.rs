@@ -121,10 +121,14 @@ impl ErrorTable {
         let has_validation = judged.iter().any(|d| d.dataset.samples.iter().any(|s| s.set == SampleSet::Validation));
         let which = if has_validation { Use::Validation } else { Use::All };
         let is_fitted = |d: &NamedDataset<'_>| calibrated.dataset_hashes.contains(&d.dataset.hash);
-        let errors = |calibration: &Calibration| {
-            let prediction = calibration.predict(judged, which).map_err(|e| NoErrors::Unpredictable(Arc::new(e)))?;
-            Validation::of(&prediction).ok_or(NoErrors::Empty)
+        let predicted =
+            |calibration: &Calibration| calibration.predict(judged, which).map_err(|e| NoErrors::Unpredictable(Arc::new(e)));
+        let errors_of = |prediction: &Result<Prediction, NoErrors>| {
+            Validation::of(prediction.as_ref().map_err(Clone::clone)?).ok_or(NoErrors::Empty)
         };
+        let errors = |calibration: &Calibration| errors_of(&predicted(calibration));
+        let first = predicted(calibrated);
+        let other = recommended.map(predicted);
         let commanded = commanded_errors(judged, which);
         let is_distance = |s: &Sample| matches!(s.measured, Measured::Distance { .. });
         let is_stated = judged.iter().all(|d| !d.dataset.base_found && !d.dataset.tool_free);
@@ -136,18 +140,18 @@ impl ErrorTable {
         let row = |stage, errors| ErrorRow { stage, errors };
         let held_out = has_validation || !judged.iter().any(is_fitted);
         let components = if judged.iter().all(|d| d.dataset.samples.iter().all(is_distance)) { 1 } else { 3 };
-        let last = recommended.unwrap_or(calibrated).predict(judged, which).ok().filter(|_| held_out);
+        let last = other.as_ref().unwrap_or(&first).as_ref().ok().filter(|_| held_out);
         ErrorTable {
             held_out,
             by_commands,
             fitted: calibrated.samples,
             components,
-            far_off: last.map_or_else(Vec::new, |last| far_off(&last, FAR_OFF[components - 1])),
+            far_off: last.map_or_else(Vec::new, |last| far_off(last, FAR_OFF[components - 1])),
             rows: [
                 row(Stage::AsDelivered, as_delivered),
                 row(Stage::Nominal, errors(&calibrated.nominal().set_up_anew())),
-                row(Stage::Calibrated, errors(calibrated)),
-                row(Stage::Recommended, recommended.map_or(Err(NoErrors::SameModel), errors)),
+                row(Stage::Calibrated, errors_of(&first)),
+                row(Stage::Recommended, other.as_ref().map_or(Err(NoErrors::SameModel), errors_of)),
             ],
         }
     }

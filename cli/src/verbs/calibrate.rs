@@ -85,19 +85,20 @@ pub struct Arguments {
 
 /// A length with its unit, m.
 fn length(text: &str) -> Result<f64, String> {
-    let help = || "give a length with its unit, such as 20um or 0.2mm".to_owned();
-    let (unit, si) =
-        [("um", UM), ("µm", UM), ("mm", MM), ("m", 1.0)].into_iter().find(|(unit, _)| text.ends_with(unit)).ok_or_else(help)?;
-    let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
-    if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
+    let units = [("um", UM), ("µm", UM), ("mm", MM), ("m", 1.0)];
+    quantity(text, &units).ok_or_else(|| "give a length with its unit, such as 20um or 0.2mm".into())
 }
 
 /// A time with its unit, s.
 fn duration(text: &str) -> Result<f64, String> {
-    let help = || "give a time with its unit, such as 30s or 2min".to_owned();
-    let (unit, si) = [("min", 60.0), ("s", 1.0)].into_iter().find(|(unit, _)| text.ends_with(unit)).ok_or_else(help)?;
-    let number: f64 = text[..text.len() - unit.len()].trim().parse().map_err(|_| help())?;
-    if number > 0.0 && number.is_finite() { Ok(number * si) } else { Err(help()) }
+    quantity(text, &[("min", 60.0), ("s", 1.0)]).ok_or_else(|| "give a time with its unit, such as 30s or 2min".into())
+}
+
+/// A positive number with one of these units, of which the first that fits is its own, in SI.
+fn quantity(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let (unit, si) = units.iter().find(|(unit, _)| text.ends_with(unit))?;
+    let number: f64 = text[..text.len() - unit.len()].trim().parse().ok()?;
+    (number > 0.0 && number.is_finite()).then_some(number * si)
 }
 
 /// What was read.
@@ -161,7 +162,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         &commands,
     );
     if is_freed {
-        to_do.push("look for what moved or slipped: no fit converges under the stated noise, which is left out".into());
+        to_do.push("look for what moved or slipped: no fit converges under the stated noise, which is ignored".into());
     }
     let document = documents::Judged {
         next: to_do.clone(),

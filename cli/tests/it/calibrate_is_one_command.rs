@@ -182,13 +182,12 @@ fn what_was_bumped_is_corrected_where_the_rows_have_an_order() {
     let dataset = fs::read_to_string(at.join("again/dataset.toml")).unwrap();
     let samples = fs::read_to_string(at.join("again/samples.csv")).unwrap();
     // A dataset without times is told so too, and one that has them is not told twice.
-    let without: String = fs::read_to_string(at.join("again/samples.csv")).unwrap();
-    let time = without.lines().next().unwrap().split(',').position(|title| title == "time_s").expect("a column");
+    let time = samples.lines().next().unwrap().split(',').position(|title| title == "time_s").expect("a column");
     let kept =
         |line: &str| line.split(',').enumerate().filter(|(k, _)| *k != time).map(|(_, v)| v).collect::<Vec<_>>().join(",");
     fs::create_dir(at.join("untimed")).unwrap();
     fs::copy(at.join("again/dataset.toml"), at.join("untimed/dataset.toml")).unwrap();
-    fs::write(at.join("untimed/samples.csv"), without.lines().map(|line| kept(line) + "\n").collect::<String>()).unwrap();
+    fs::write(at.join("untimed/samples.csv"), samples.lines().map(|line| kept(line) + "\n").collect::<String>()).unwrap();
     let said = done(at, &["calibrate", "untimed", "--every", "30s", "--wide", "-o", "timed"]);
     assert!(said.contains("base bumped after 1185 s"), "{said}");
     let twice = calibench(at, &["calibrate", "again", "--every", "30s", "-o", "twice"]);
