@@ -4,4 +4,6 @@ pub mod choices;
 pub mod choosing;
 pub mod data;
 pub mod data_gate;
+pub mod logs;
+pub mod quantities;
 pub mod scenario;

@@ -40,6 +40,9 @@ const FEWEST: usize = 4;
 /// Fewest rows from which computed positions are distinguished from measured ones: base and tool absorb half of their numbers.
 const TELLING: usize = 6;
 
+/// The line of a map below which columns are assigned.
+pub(super) const COLUMNS: &str = "[columns]\n";
+
 /// A proposed map.
 #[derive(Debug, Clone)]
 pub struct Guess {
@@ -60,6 +63,13 @@ impl Guess {
     #[must_use]
     pub fn every(self, interval_s: f64) -> Self {
         let map = format!("{}\n[rows]\ninterval_s = {interval_s}\n", self.map);
+        Guess { map, ..self }
+    }
+
+    /// The same, with a map that reads further columns, each a line such as `time = { column = "t_s", unit = "s" }`.
+    #[must_use]
+    pub fn with_columns(self, lines: &str) -> Self {
+        let map = self.map.replacen(COLUMNS, &format!("{COLUMNS}{lines}"), 1);
         Guess { map, ..self }
     }
 

@@ -41,6 +41,8 @@ pub struct UrdfRobot {
     pub robot: Robot,
     /// Names of its joints.
     pub joint_names: Vec<String>,
+    /// Names of all links of the file.
+    pub links: Vec<String>,
     /// Name of the base link.
     pub base_link: String,
     /// Name of the tool link.
@@ -115,6 +117,7 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
     };
     guess_masses(&mut robot);
     let joint_names = chain.actuated().map(|joint| joint.name.clone()).collect();
+    let links = document.links.iter().map(|link| link.name.clone()).collect();
     let remarks = chain.actuated().filter_map(|joint| cut(joint).1).collect();
-    Ok(UrdfRobot { robot, joint_names, base_link, tool_link, remarks })
+    Ok(UrdfRobot { robot, joint_names, links, base_link, tool_link, remarks })
 }

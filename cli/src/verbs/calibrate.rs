@@ -26,12 +26,14 @@ use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::robot::urdf::calibrated_urdf;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
-use calibench::units::{MM, UM};
+use calibench_logs::is_log;
 use calibench_report::documents::{self, to_value};
 use calibench_report::{Recommended, all_called, first_screen, nominal_fit_line, what_to_do_now};
 
 use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
+use crate::arguments::logs::{LogArguments, STILLS, StillTable, still_table};
+use crate::arguments::quantities::{duration, length};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
@@ -39,7 +41,7 @@ use crate::terminal::streams::input;
 
 /// Files of a calibrated folder; the first tells what it is.
 const FILES: &[&str] =
-    &[JUDGEMENT, DATASET_TOML, "samples.csv", "robot.toml", CALIBRATION, MODEL, URDF, super::report::FILE, MAP];
+    &[JUDGEMENT, DATASET_TOML, "samples.csv", "robot.toml", CALIBRATION, MODEL, URDF, super::report::FILE, MAP, STILLS];
 /// The judgement as a document.
 const JUDGEMENT: &str = "judgement.json";
 const CALIBRATION: &str = "calibration.toml";
@@ -56,7 +58,8 @@ const SEED: u64 = 1;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Tables of joint angles and measured positions, all of one kind; or one dataset folder
+    /// Tables of joint angles and measured positions, all of one kind; or a recording over time (MCAP, ROS 2 bag); or one dataset
+    /// folder
     #[arg(required = true, value_name = "TABLE|DATASET", value_parser = input())]
     tables: Vec<PathBuf>,
     /// The measured robot: built-in, a robot file or a URDF. A dataset names its own
@@ -75,30 +78,14 @@ pub struct Arguments {
     /// Output folder: calibration.toml, model.toml, report.html, calibrated.urdf, judgement.json, the dataset and its map; an existing one is replaced
     #[arg(short, long, visible_alias = "out")]
     output: PathBuf,
+    #[command(flatten)]
+    log: LogArguments,
     /// Continue with data that do not fit the robot; every result says so
     #[arg(long)]
     force: bool,
     /// Print one JSON document instead of text
     #[arg(long)]
     json: bool,
-}
-
-/// A length with its unit, m.
-fn length(text: &str) -> Result<f64, String> {
-    let units = [("um", UM), ("µm", UM), ("mm", MM), ("m", 1.0)];
-    quantity(text, &units).ok_or_else(|| "give a length with its unit, such as 20um or 0.2mm".into())
-}
-
-/// A time with its unit, s.
-fn duration(text: &str) -> Result<f64, String> {
-    quantity(text, &[("min", 60.0), ("s", 1.0)]).ok_or_else(|| "give a time with its unit, such as 30s or 2min".into())
-}
-
-/// A positive number with one of these units, of which the first that fits is its own, in SI.
-fn quantity(text: &str, units: &[(&str, f64)]) -> Option<f64> {
-    let (unit, si) = units.iter().find(|(unit, _)| text.ends_with(unit))?;
-    let number: f64 = text[..text.len() - unit.len()].trim().parse().ok()?;
-    (number > 0.0 && number.is_finite()).then_some(number * si)
 }
 
 /// What was read.
@@ -108,6 +95,8 @@ struct Source {
     map: Option<Guess>,
     /// What was understood, in lines.
     said: Vec<String>,
+    /// The table of the still poses of a log.
+    stills: Option<String>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -115,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_output_folder(folder, "calibration", JUDGEMENT)?;
     refuse_measured(folder)?;
     let waiting = Waiting::new("reading");
-    let Source { mut dataset, map, said } = read(arguments)?;
+    let Source { mut dataset, map, said, stills } = read(arguments)?;
     if let Some(noise) = arguments.noise {
         state_noise(&mut dataset, noise);
     }
@@ -183,6 +172,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
             write_whole(&inside.join(MAP), map.as_bytes())?;
         }
+        if let Some(stills) = &stills {
+            write_whole(&inside.join(STILLS), stills.as_bytes())?;
+        }
         if let Ok(urdf) = &urdf {
             write_whole(&inside.join(URDF), urdf.as_bytes())?;
         }
@@ -227,6 +219,12 @@ fn name_of(folder: &Path) -> String {
 
 /// Reads a dataset folder, or tables through a map that is guessed from the first.
 fn read(arguments: &Arguments) -> Result<Source, Failure> {
+    if arguments.tables.iter().any(|table| is_log(table)) {
+        return read_log(arguments);
+    }
+    if let Some(flag) = arguments.log.given() {
+        return Err(format!("{flag} is for recordings over time: .mcap, .db3, or the folder of a bag").into());
+    }
     if let [folder] = arguments.tables.as_slice()
         && folder.is_dir()
     {
@@ -240,18 +238,9 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
             }
             dataset.state_times(time);
         }
-        return Ok(Source { dataset, map: None, said: Vec::new() });
+        return Ok(Source { dataset, map: None, said: Vec::new(), stills: None });
     }
-    let Some(named) = arguments.robot.as_deref() else {
-        // A folder that is not there is a dataset with a robot of its own, perhaps.
-        let is_there = |table: &PathBuf| is_standard_input(table) || table.exists();
-        if let Some(missing) = arguments.tables.iter().find(|table| !is_there(table)) {
-            return Err(FileError::whole(missing, "is not there", "give a table, or the folder of a dataset").into());
-        }
-        let problem =
-            format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
-        return Err(problem.into());
-    };
+    let named = named_robot(arguments)?;
     let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &from_anywhere(named))?;
     let guessed = if let Some(time) = arguments.every { guessed.every(time) } else { guessed };
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
@@ -262,7 +251,38 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let understood: Vec<String> = understood.into_iter().flatten().collect();
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);
-    Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed) })
+    Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed), stills: None })
+}
+
+/// The robot that was named for tables and logs.
+fn named_robot(arguments: &Arguments) -> Result<&str, Failure> {
+    if let Some(named) = arguments.robot.as_deref() {
+        return Ok(named);
+    }
+    // A folder that is not there is a dataset with a robot of its own, perhaps.
+    let is_there = |table: &PathBuf| is_standard_input(table) || table.exists();
+    if let Some(missing) = arguments.tables.iter().find(|table| !is_there(table)) {
+        return Err(FileError::whole(missing, "is not there", "give a table, or the folder of a dataset").into());
+    }
+    let problem =
+        format!("--robot is missing: which robot was measured? One of {}, a robot file or a URDF", BUILT_IN.join(", "));
+    Err(problem.into())
+}
+
+/// Reads the still poses of recordings.
+fn read_log(arguments: &Arguments) -> Result<Source, Failure> {
+    if arguments.every.is_some() {
+        return Err("--every is for rows without times: a recording has them".into());
+    }
+    let named = named_robot(arguments)?;
+    let workplace = tempfile::tempdir()?;
+    let StillTable { text, guess, said, excluded, .. } =
+        still_table(&arguments.tables, named, &arguments.log, arguments.noise, workplace.path())?;
+    let (dataset, report) = guess.import(&[workplace.path().join(STILLS)], &ImportOptions::default())?;
+    excluded.iter().for_each(|e| print_detail(format!("{:.2} to {:.2} s: {}", e.from_s, e.to_s, e.why)));
+    print_detail(report.to_string());
+    guess.reasons.iter().for_each(print_detail);
+    Ok(Source { dataset, said, map: Some(guess), stills: Some(text) })
 }
 
 /// The dataset as it is read back, with the digest by which a calibration knows it and with a robot of its own.

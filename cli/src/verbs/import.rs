@@ -1,5 +1,7 @@
 //! `import FORMAT FILE... -o DATASET`.
 
+mod log;
+
 use std::path::{Path, PathBuf};
 
 use calibench::files::disk::{check_output_file, check_output_folder, write_whole};
@@ -18,6 +20,8 @@ use serde_json::json;
 use crate::arguments::choices::seed;
 use crate::arguments::data::from_anywhere;
 use crate::arguments::data_gate::gate;
+use crate::arguments::logs::LogArguments;
+use crate::arguments::quantities::length;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{note, print, print_answer, print_json};
 use crate::terminal::progress::Waiting;
@@ -25,7 +29,8 @@ use crate::terminal::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic; or guess, which proposes a column map for generic
+    /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic; log, for recordings over time; or guess, which proposes a column
+    /// map for generic
     format: String,
     /// Files to read (for mukca folders as well)
     #[arg(required = true, value_parser = input())]
@@ -39,7 +44,7 @@ pub struct Arguments {
     /// For generic: file that assigns a meaning to each column
     #[arg(long, value_parser = input())]
     map: Option<PathBuf>,
-    /// For guess: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
+    /// For guess and log: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
     /// For mukca: distance between neighbouring sockets of a place, mm, if it is not 50
@@ -54,6 +59,11 @@ pub struct Arguments {
     /// Seed of the random choice
     #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
+    /// For log: one-sigma of the instrument for each coordinate, such as 20um; that of a row is this and the scatter of its mean
+    #[arg(long, value_parser = length)]
+    noise: Option<f64>,
+    #[command(flatten)]
+    log: LogArguments,
     /// Write the dataset even if its data do not fit the robot
     #[arg(long)]
     force: bool,
@@ -83,12 +93,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         return propose_map(arguments);
     }
+    let only_log = arguments.log.given().or(arguments.noise.map(|_| "--noise"));
+    if let Some(flag) = only_log.filter(|_| arguments.format != "log") {
+        return Err(format!("{flag} is for logs: import log FILE...").into());
+    }
     if is_standard_output(&arguments.output) {
         return Err("output: a dataset is a folder, and cannot be standard output; name one with -o".into());
     }
     check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
     refuse_measured(&arguments.output)?;
-    let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed, choice: HoldoutChoice::Postures });
+    if arguments.format == "log" {
+        return log::run(arguments);
+    }
+    let holdout = holdout(arguments);
     let (files, sets) = sets(arguments)?;
     let options = ImportOptions {
         holdout,
@@ -118,6 +135,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     gate.tell()?;
     print_answer(format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
+}
+
+/// The share of the postures to be kept for validation.
+fn holdout(arguments: &Arguments) -> Option<Holdout> {
+    arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed, choice: HoldoutChoice::Postures })
 }
 
 /// Proposes a column map, says why, and shows the first rows as it understands them.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::COLUMNS;
 use crate::import::column_map::ColumnMap;
 use crate::import::generic::by_map;
 use crate::import::initial_setup::fit_base_and_tool;
@@ -142,7 +143,8 @@ impl<'a> Proposal<'a> {
         if self.rotation.is_some() {
             map.push_str("kind = \"pose\"\n");
         }
-        map.push_str("\n[columns]\n");
+        map.push('\n');
+        map.push_str(COLUMNS);
         for (i, &k) in self.joints.iter().enumerate() {
             _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.unit_of_joint(i, k));
         }

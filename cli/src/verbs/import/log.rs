@@ -1,0 +1,87 @@
+//! `import log FILE... --robot ROBOT -o DATASET`: where the arm stood still in a recording, and what was measured there.
+
+use std::path::Path;
+
+use calibench::files::disk::{replace_folder, write_whole};
+use calibench::identify::problem::Use;
+use calibench::import::{ImportOptions, state_noise};
+use calibench::measure::dataset::SampleSet;
+use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
+use calibench_logs::Excluded;
+use serde_json::{Value, json};
+
+use super::{Arguments, holdout};
+use crate::arguments::data_gate::gate;
+use crate::arguments::logs::{STILLS, StillTable, still_table};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer, print_detail, print_json};
+use crate::terminal::progress::Waiting;
+
+/// Files of the dataset; the first tells what it is.
+const FILES: &[&str] = &[DATASET_TOML, "samples.csv", "robot.toml", STILLS, MAP];
+/// The column map by which the still poses were read.
+const MAP: &str = "map.toml";
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let other = [
+        (!arguments.validation.is_empty(), "--validation"),
+        (arguments.map.is_some(), "--map"),
+        (arguments.distance.is_some(), "--distance"),
+    ];
+    if let Some((_, flag)) = other.into_iter().find(|(given, _)| *given) {
+        return Err(
+            format!("{flag} is not for logs; their columns are known, and --holdout keeps a share for validation").into()
+        );
+    }
+    let Some(named) = arguments.robot.as_ref().and_then(|robot| robot.to_str()) else {
+        return Err("log needs the robot; give --robot NAME, a robot file or a URDF".into());
+    };
+    let folder = &arguments.output;
+    let waiting = Waiting::new("reading the log");
+    let workplace = tempfile::tempdir()?;
+    let StillTable { text, guess, said, rows, excluded, shift_s } =
+        still_table(&arguments.files, named, &arguments.log, arguments.noise, workplace.path())?;
+    let table = workplace.path().join(STILLS);
+    let options =
+        ImportOptions { holdout: holdout(arguments), set_up_of: arguments.set_up_of.clone(), ..ImportOptions::default() };
+    let (mut dataset, report) = guess.import(&[table], &options)?;
+    if let Some(noise) = arguments.noise {
+        state_noise(&mut dataset, noise);
+    }
+    let datasets = [(String::new(), dataset)];
+    let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
+    drop(waiting);
+    let [(_, dataset)] = datasets;
+    let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
+    replace_folder(folder, "dataset", FILES, |inside| {
+        write_dataset(&dataset, inside)?;
+        write_whole(&inside.join(STILLS), text.as_bytes())?;
+        write_whole(&inside.join(MAP), map.as_bytes())
+    })?;
+    let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
+    let all = dataset.samples.len();
+    if arguments.json {
+        print_json(
+            &json!({"format": "calibench-import-log/1", "dataset": folder, "rests": rows, "samples": all, "validation": kept,
+            "shift_s": shift_s, "understood": said, "excluded": excluded.iter().map(document).collect::<Vec<_>>(),
+            "nominal_rms_mm": guess.residual / calibench::units::MM, "misfit": gate.misfit}),
+        )?;
+        return Ok(Outcome::Done);
+    }
+    said.iter().try_for_each(print)?;
+    excluded.iter().for_each(|e| print_detail(format!("  {:.2} to {:.2} s: {}", e.from_s, e.to_s, e.why)));
+    guess.reasons.iter().for_each(print_detail);
+    print_detail(report.to_string());
+    gate.tell()?;
+    print_answer(format!("{all} samples, {kept} of them for validation; dataset in {}", folder.display()))?;
+    print_answer(next(folder))?;
+    Ok(Outcome::Done)
+}
+
+fn document(excluded: &Excluded) -> Value {
+    json!({"from_s": excluded.from_s, "to_s": excluded.to_s, "why": excluded.why})
+}
+
+fn next(folder: &Path) -> String {
+    format!("Next: `calibench calibrate {} -o FOLDER`.", folder.display())
+}

@@ -1,0 +1,270 @@
+//! The table of a log: one row for each interval in which the arm stood still and something was measured.
+
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, Robot};
+
+use crate::clocks::{Clock, Moving, shift};
+use crate::error::LogError;
+use crate::joints::{JointChoice, Joints, joints_of, named};
+use crate::log::{JointTrack, Log, Track};
+use crate::middle::{Middle, middle, unsteady};
+use crate::table::{Arm, Fields, READINGS, Row, SCATTER, SIGMA, TIME, fields};
+use crate::windows::{Intervals, Rest, intervals};
+
+/// Frames that descriptions of arms have, beside those that end in `_link`.
+const OWN: [&str; 8] = ["base", "base_link_inertia", "flange", "tool0", "tool0_controller", "ft_frame", "hand_tcp", "world"];
+
+/// What makes a row.
+#[derive(Debug, Clone)]
+pub struct StillOptions {
+    /// The joints of the log.
+    pub joints: JointChoice,
+    /// Topics of what was measured, by their names; all if there is one.
+    pub measured: Vec<String>,
+    /// Shortest rest, after settling, s.
+    pub shortest: f64,
+    /// Time after a motion in which nothing is taken, s.
+    pub settling: f64,
+    /// Time to be added to those of the instrument, s; found from the motions if it is not given.
+    pub shift: Option<f64>,
+    /// Frames that move with the robot's own links, and are computed from its joints.
+    pub own_frames: Vec<String>,
+    /// One-sigma of the instrument for each coordinate, m: that of a row is this and the scatter of its mean.
+    pub noise: Option<f64>,
+}
+
+impl Default for StillOptions {
+    /// Rests of half a second, three tenths after the motion.
+    fn default() -> Self {
+        StillOptions {
+            joints: JointChoice::default(),
+            measured: Vec::new(),
+            shortest: 0.5,
+            settling: 0.3,
+            shift: None,
+            own_frames: Vec::new(),
+            noise: None,
+        }
+    }
+}
+
+/// An interval at rest that gives no row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excluded {
+    /// Its begin and end since the begin of the log, s.
+    pub from_s: f64,
+    /// Its end.
+    pub to_s: f64,
+    /// The reason.
+    pub why: &'static str,
+}
+
+/// The rows.
+#[derive(Debug, Clone)]
+pub struct StillPoses {
+    fields: Fields,
+    /// Number of rows.
+    pub rows: usize,
+    /// Intervals at rest that give no row.
+    pub excluded: Vec<Excluded>,
+    /// What was understood, a sentence each.
+    pub said: Vec<String>,
+    /// Time added to those of the instrument, s.
+    pub shift_s: f64,
+}
+
+/// Averages the rests of a log to the rows of a table.
+///
+/// # Errors
+/// If joints or measurements are missing or ambiguous, if the arm never rests, or if nothing was measured while it did.
+pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<StillPoses, LogError> {
+    let refuse = |problem: String, remedy: &str| LogError::Content { files: log.files.clone(), problem, remedy: remedy.into() };
+    let Joints { track: joints, said } = joints_of(log, robot, &options.joints)?;
+    let mut said = vec![said];
+    let tracks = measured(log, &joints, options)?;
+    let clock = Clock::of(&joints.times, &tracks[0].times);
+    let (joint_times, positions) = sorted(clock.times(&joints.times), &joints.positions, joints.joints.len());
+    let joints = JointTrack { positions, ..joints };
+    let found = intervals(&joint_times, &joints, robot, Rest { shortest: options.shortest, settling: options.settling });
+    if found.still.is_empty() {
+        return Err(refuse(
+            never_still(&found, &joint_times),
+            "let the arm stand for a second at each pose, or ask for less with --still and --settle",
+        ));
+    }
+    let sorted_tracks: Vec<(Vec<f64>, Vec<f64>)> =
+        tracks.iter().map(|track| sorted(clock.times(&track.times), &track.values, track.titles.len())).collect();
+    let moving = |times, values, width| Moving { times, values, width };
+    // Where the nominal flange is says better than the joints how fast a point of the tool moves.
+    let flange: Vec<f64> = joints.positions.chunks_exact(joints.joints.len()).flat_map(|q| flange_at(robot, q)).collect();
+    let of_arm = moving(&joint_times, &flange, 3);
+    let (seen_times, seen_values) = &sorted_tracks[0];
+    let seconds = match options.shift {
+        Some(seconds) => seconds,
+        None => {
+            let of_track = moving(seen_times, seen_values, tracks[0].titles.len());
+            let Some(shift) = shift(of_arm, of_track, clock != Clock::None) else {
+                let problem = format!(
+                    "the clock of {} cannot be matched with that of {}: no shift makes both move at the same times",
+                    tracks[0].name, joints.name
+                );
+                return Err(refuse(problem, "state the time to be added to that of the instrument, s: --shift SECONDS"));
+            };
+            if shift.is_matched {
+                said.push(format!(
+                    "clocks matched by the motions: {:.2} s are added to the times of {}",
+                    shift.seconds, tracks[0].name
+                ));
+            } else if shift.seconds != 0.0 {
+                said.push(format!("{} comes {:.2} s after the joints, which is allowed for", tracks[0].name, -shift.seconds));
+            }
+            shift.seconds
+        }
+    };
+    let begin = joint_times.first().copied().unwrap_or(0.0);
+    let exclude = |still: [f64; 2], why| Excluded { from_s: still[0] - begin, to_s: still[1] - begin, why };
+    let mut excluded: Vec<Excluded> = found.short.iter().map(|&s| exclude(s, "too short after settling")).collect();
+    excluded.extend(found.creeping.iter().map(|&s| exclude(s, "a joint creeps")));
+    let mut kept: Vec<Row> = Vec::new();
+    for still in &found.still {
+        let middles: Vec<Option<Middle>> = sorted_tracks
+            .iter()
+            .zip(&tracks)
+            .map(|((times, values), track)| middle(track, times, values, [still.begin - seconds, still.end - seconds]))
+            .collect();
+        if middles.first().is_some_and(Option::is_some) {
+            kept.push(Row { still: *still, middles });
+        } else {
+            excluded.push(exclude([still.begin, still.end], "nothing was measured"));
+        }
+    }
+    if kept.is_empty() {
+        let problem = format!("the arm rests {} times, and {} measured nothing then", found.still.len(), tracks[0].name);
+        return Err(refuse(problem, "check the clocks; state the time to be added to that of the instrument: --shift SECONDS"));
+    }
+    let unsteady = unsteady(&kept, &sorted_tracks[0].1, tracks[0].titles.len());
+    let (moved, kept): (Vec<_>, Vec<_>) = kept.iter().zip(unsteady).partition(|(_, is_unsteady)| *is_unsteady);
+    let of_moved =
+        moved.iter().map(|(Row { still, .. }, _)| exclude([still.begin, still.end], "the measurement does not rest"));
+    excluded.extend(of_moved);
+    let kept: Vec<&Row> = kept.into_iter().map(|(row, _)| row).collect();
+    excluded.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    said.push(in_words(&found, kept.len(), &excluded, &tracks));
+    let arm = Arm { robot, joints: &joints, times: &joint_times, tolerance: &found.tolerance };
+    let fields = fields(&arm, &tracks, &kept, options.noise);
+    Ok(StillPoses { fields, rows: kept.len(), excluded, said, shift_s: seconds })
+}
+
+impl StillPoses {
+    /// Joints and measurements as a table with titles.
+    pub fn table(&self) -> String {
+        self.fields.csv(false)
+    }
+
+    /// The same with the further columns: the time of each row, its number of readings and how they scatter, its one-sigma where
+    /// that of the instrument is known, and the sign of each joint's last motion before it.
+    pub fn whole_table(&self) -> String {
+        self.fields.csv(true)
+    }
+
+    /// The lines of a column map that read the further columns.
+    pub fn map_lines(&self) -> String {
+        let line = |title: &String| match title.as_str() {
+            TIME => format!("time = {{ column = \"{TIME}\", unit = \"s\" }}\n"),
+            SIGMA => format!("sigma = {{ column = \"{SIGMA}\", unit = \"um\" }}\n"),
+            READINGS | SCATTER => format!("extra_{title} = {{ column = \"{title}\", optional = true }}\n"),
+            approach => format!("{approach} = {{ column = \"{approach}\" }}\n"),
+        };
+        self.fields.beside.iter().map(line).collect()
+    }
+}
+
+/// The tracks that are used: those asked for, or the only one.
+fn measured<'a>(log: &'a Log, joints: &JointTrack, options: &StillOptions) -> Result<Vec<&'a Track>, LogError> {
+    let refuse = |problem: String, remedy: String| LogError::Content { files: log.files.clone(), problem, remedy };
+    // A frame of the robot's own links is its joints once more.
+    let is_own = |track: &Track| {
+        track.name.rsplit_once('>').is_some_and(|(_, child)| {
+            let child = child.trim_start_matches('/');
+            match options.own_frames.as_slice() {
+                [] => OWN.contains(&child) || child.ends_with("_link"),
+                own => own.iter().any(|own| own == child || child.ends_with(&format!("/{own}"))),
+            }
+        })
+    };
+    let names = |tracks: &[&Track]| {
+        let all: Vec<String> = tracks.iter().map(|track| format!("{} ({} times)", track.name, track.times.len())).collect();
+        named(&all)
+    };
+    let all: Vec<&Track> = log.tracks.iter().collect();
+    if !options.measured.is_empty() {
+        let find = |wanted: &String| {
+            all.iter()
+                .copied()
+                .find(|track| track.name == *wanted)
+                .ok_or_else(|| refuse(format!("has no '{wanted}'"), format!("name one of {}", names(&all))))
+        };
+        return options.measured.iter().map(find).collect();
+    }
+    let mut seen: Vec<&Track> = all.iter().copied().filter(|track| !is_own(track)).collect();
+    // Beside a file of measurements, the other columns of the table of joints are the controller's.
+    if seen.len() > 1 {
+        seen.retain(|track| track.name != joints.name);
+    }
+    match seen.as_slice() {
+        [] => {
+            let own = if all.is_empty() { String::new() } else { format!(" but frames of the robot itself: {}", names(&all)) };
+            let other = if log.other.is_empty() { String::new() } else { format!("; other topics are {}", named(&log.other)) };
+            Err(refuse(
+                format!("holds no measured points or poses{own}{other}"),
+                "record what a tracker or a camera saw (a point, pose, transform or marker), or give its table as a further file".into(),
+            ))
+        }
+        [one] => Ok(vec![*one]),
+        several => Err(refuse(
+            format!("holds several things that may have been measured: {}", names(several)),
+            "say which: --measured 'NAME'; repeat it for several points of one tool".into(),
+        )),
+    }
+}
+
+fn never_still(found: &Intervals, times: &[f64]) -> String {
+    let length = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
+    let shorter = found.short.iter().map(|[a, b]| b - a).fold(0.0, f64::max);
+    let most = if shorter > 0.0 { format!("; its longest rest is {shorter:.2} s") } else { String::new() };
+    let creeping =
+        if found.creeping.is_empty() { String::new() } else { format!("; {} times a joint creeps", found.creeping.len()) };
+    format!("the arm never stands still in {length:.0} s{most}{creeping}")
+}
+
+/// The nominal flange in the base, m.
+fn flange_at(robot: &Robot, q: &[f64]) -> [f64; 3] {
+    world_from_tool(robot, &FramePose::default(), &FramePose::default(), q).translation.vector.into()
+}
+
+/// Rows in the order of their times.
+fn sorted(times: &[f64], values: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut order: Vec<usize> = (0..times.len()).collect();
+    order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+    let rows = order.iter().flat_map(|&k| values[k * width..(k + 1) * width].iter().copied());
+    (order.iter().map(|&k| times[k]).collect(), rows.collect())
+}
+
+fn in_words(found: &Intervals, rows: usize, excluded: &[Excluded], tracks: &[&Track]) -> String {
+    let rests = found.still.len() + found.short.len() + found.creeping.len();
+    let names: Vec<String> = tracks.iter().map(|track| track.name.clone()).collect();
+    let mut reasons: Vec<(&str, usize)> = Vec::new();
+    for Excluded { why, .. } in excluded {
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((why, 1)),
+        }
+    }
+    let reasons: Vec<String> = reasons.iter().map(|(why, count)| format!("{count} where {}", sentence(why))).collect();
+    let not = if reasons.is_empty() { String::new() } else { format!("; not used: {}", reasons.join(", ")) };
+    format!("rests: {rests}, of which {rows} with a measurement by {}{not}", names.join(", "))
+}
+
+fn sentence(why: &str) -> &str {
+    if why == "too short after settling" { "the rest is too short after settling" } else { why }
+}
