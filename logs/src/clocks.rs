@@ -13,11 +13,17 @@ const MOST_STEPS: usize = 40_000;
 /// Smallest share of the shorter log that both must have in common.
 const COMMON: f64 = 0.5;
 /// Smallest correlation at which two clocks are matched.
-const ALIKE: f64 = 0.5;
+const ALIKE: f64 = 0.4;
 /// Another shift with more than this share of the best correlation leaves it open which is right.
-const RIVAL: f64 = 0.9;
+pub(crate) const RIVAL: f64 = 0.8;
 /// Shifts farther apart than this are different ones, s.
-const APART: f64 = 3.0;
+const APART: f64 = 0.5;
+/// Most shifts that are tried.
+const MOST_SHIFTS: usize = 24;
+/// Time over which a motion is seen, s: single wrong readings and the steps of an encoder are short.
+const MOTION: f64 = 0.2;
+/// Longest pause of an instrument over which its reading holds, s.
+const HELD: f64 = 3.0;
 /// Largest period of readings that show when the arm moves, s.
 const DENSE: f64 = 0.3;
 
@@ -25,8 +31,8 @@ const DENSE: f64 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Shift {
     pub seconds: f64,
-    /// True if the clocks know nothing of each other.
-    pub is_matched: bool,
+    /// Correlation of the motions.
+    pub alike: f64,
 }
 
 /// Rows of numbers over time.
@@ -76,38 +82,49 @@ fn ends(times: &[f64]) -> Option<([f64; 2], f64)> {
     (first <= last).then_some(([first, last], last - first))
 }
 
-/// Finds the shift, `None` if no one stands out, or if readings are too few to show when the arm moves.
-pub(crate) fn shift(joints: Moving<'_>, track: Moving<'_>, is_common: bool) -> Option<Shift> {
+/// The delay of an instrument on the same clock: zero if its readings are too few to show when the arm moves, `None` if they show that
+/// it does not move with the arm.
+pub(crate) fn delay(joints: Moving<'_>, track: Moving<'_>) -> Option<f64> {
     if !is_dense(track.times) || !is_dense(joints.times) {
-        return is_common.then_some(Shift { seconds: 0.0, is_matched: false });
+        return Some(0.0);
     }
-    let ([from, to], length) = ends(joints.times)?;
-    let ([seen_from, seen_to], seen) = ends(track.times)?;
-    let (coarse, is_matched) = if is_common {
-        (0.0, false)
-    } else {
-        let step = COARSE.max((length.max(seen)) / MOST_STEPS as f64);
-        let all = matched(&activity(joints, from, to, step), &activity(track, seen_from, seen_to, step))?;
-        (from - seen_from + all as f64 * step, true)
+    // The longest delay is one that is longer.
+    let is_within = |shift: &Shift| shift.alike >= ALIKE && shift.seconds.abs() < DELAY - FINE / 2.0;
+    refined(joints, track, 0.0, DELAY).filter(is_within).map(|shift| shift.seconds)
+}
+
+/// The shifts at which both move at the same times, where the clocks know nothing of each other, the likeliest first.
+pub(crate) fn shifts(joints: Moving<'_>, track: Moving<'_>) -> Vec<Shift> {
+    if !is_dense(track.times) || !is_dense(joints.times) {
+        return Vec::new();
+    }
+    let (Some(([from, to], length)), Some(([seen_from, seen_to], seen))) = (ends(joints.times), ends(track.times)) else {
+        return Vec::new();
     };
-    let around = if is_common { DELAY } else { 3.0 * COARSE };
-    let [begin, end] = [from.max(seen_from + coarse), to.min(seen_to + coarse)];
-    let most = FINE * MOST_STEPS as f64;
-    let end = end.min(begin + most);
+    let step = COARSE.max((length.max(seen)) / MOST_STEPS as f64);
+    let lags = matched(&activity(joints, from, to, step), &activity(track, seen_from, seen_to, step), step);
+    let near = lags.into_iter().filter_map(|lag| refined(joints, track, from - seen_from + lag as f64 * step, 2.0 * step));
+    let mut found: Vec<Shift> = near.filter(|shift| shift.alike >= ALIKE).collect();
+    found.sort_by(|a, b| b.alike.total_cmp(&a.alike));
+    found
+}
+
+/// The best shift within so many seconds of one.
+fn refined(joints: Moving<'_>, track: Moving<'_>, about: f64, around: f64) -> Option<Shift> {
+    let ([from, to], _) = ends(joints.times)?;
+    let ([seen_from, seen_to], _) = ends(track.times)?;
+    let begin = from.max(seen_from + about);
+    let end = to.min(seen_to + about).min(begin + FINE * MOST_STEPS as f64);
     let of_joints = activity(joints, begin, end, FINE);
-    let steps = (around / FINE) as isize;
-    let of_track = activity(track, begin - coarse - around, end - coarse + around, FINE);
+    let steps = (around / FINE).ceil() as isize;
+    let around = steps as f64 * FINE;
+    let of_track = activity(track, begin - about - around, end - about + around, FINE);
     let score = |lag: isize| {
         let offset = (steps - lag) as usize;
         of_track.get(offset..offset + of_joints.len()).map_or(0.0, |seen| correlation(&of_joints, seen))
     };
-    let (best, lag) = (-steps..=steps).map(|lag| (score(lag), lag)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    match (best >= ALIKE, is_common) {
-        (true, _) => Some(Shift { seconds: coarse + lag as f64 * FINE, is_matched }),
-        // One clock for both needs no proof.
-        (false, true) => Some(Shift { seconds: 0.0, is_matched: false }),
-        (false, false) => None,
-    }
+    let (alike, lag) = (-steps..=steps).map(|lag| (score(lag), lag)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Shift { seconds: about + lag as f64 * FINE, alike })
 }
 
 fn is_dense(times: &[f64]) -> bool {
@@ -116,42 +133,52 @@ fn is_dense(times: &[f64]) -> bool {
     periods.get(periods.len() / 2).is_some_and(|period| *period <= DENSE)
 }
 
-/// The root of how fast the numbers change in each step; that of the step before where nothing was read.
+/// The root of how fast the numbers change at each step, in their ranges: between how far and whether, so that a fast motion does
+/// not drown the others, and rests of one length are told apart by it.
 fn activity(of: Moving<'_>, from: f64, to: f64, step: f64) -> Vec<f64> {
     let count = ((to - from) / step).ceil().max(0.0) as usize;
-    let spread: Vec<f64> = (0..of.width).map(|c| spread(of.values.iter().skip(c).step_by(of.width))).collect();
-    let mut speed = vec![f64::NAN; count];
-    let rows = of.values.chunks_exact(of.width.max(1));
-    for (pair, times) in rows.clone().zip(rows.skip(1)).zip(of.times.windows(2)) {
-        let passed = times[1] - times[0];
-        if passed <= 0.0 {
+    let half = (MOTION / 2.0 / step).round().max(1.0) as usize;
+    let mut speed = vec![0.0; count];
+    for c in 0..of.width {
+        let column: Vec<f64> = of.values.iter().skip(c).step_by(of.width).copied().collect();
+        let range = spread(column.iter());
+        if range <= 0.0 {
             continue;
         }
-        let changed = |c: usize| match spread[c] {
-            s if s > 0.0 && pair.0[c].is_finite() && pair.1[c].is_finite() => (pair.1[c] - pair.0[c]).abs() / s,
-            _ => 0.0,
-        };
-        let moved = (0..of.width).map(changed).sum::<f64>() / passed;
-        let place = |t: f64| ((t - from) / step).floor();
-        let [first, last] = [place(times[0]).max(0.0), place(times[1])];
-        // Over a long pause nothing is known.
-        if last < 0.0 || passed > DENSE * 10.0 {
-            continue;
-        }
-        for slot in speed.iter_mut().take(last as usize + 1).skip(first as usize) {
-            *slot = if slot.is_nan() { moved } else { slot.max(moved) };
+        let begin = from - half as f64 * step;
+        let at = resampled(of.times, &column, begin, step, count + 2 * half);
+        for (k, speed) in speed.iter_mut().enumerate() {
+            let moved = (at[k + 2 * half] - at[k]).abs() / range;
+            *speed += if moved.is_finite() { moved } else { 0.0 };
         }
     }
-    let mut before = 0.0;
-    for slot in &mut speed {
-        if slot.is_nan() {
-            *slot = before;
-        }
-        before = *slot;
-        // Between how far and whether: a fast motion shall not drown the others, and rests of one length are told apart by it.
-        *slot = slot.sqrt();
-    }
-    speed
+    speed.iter().map(|v| v.sqrt()).collect()
+}
+
+/// A column at equal steps, each reading the middle one of three; not a number where nothing was read for long.
+fn resampled(times: &[f64], column: &[f64], from: f64, step: f64, count: usize) -> Vec<f64> {
+    let kept: Vec<usize> = (0..times.len()).filter(|&k| column[k].is_finite()).collect();
+    let middle = |n: usize| {
+        let [a, b, c] = [n.saturating_sub(1), n, (n + 1).min(kept.len() - 1)].map(|n| column[kept[n]]);
+        a.max(b).min(a.min(b).max(c))
+    };
+    let mut n = 0;
+    (0..count)
+        .map(|k| {
+            let t = from + k as f64 * step;
+            while n + 1 < kept.len() && times[kept[n + 1]] <= t {
+                n += 1;
+            }
+            let Some(&first) = kept.get(n) else { return f64::NAN };
+            let Some(&next) = kept.get(n + 1).filter(|_| times[first] <= t) else { return f64::NAN };
+            let passed = times[next] - times[first];
+            if passed > HELD {
+                return f64::NAN;
+            }
+            let share = if passed > 0.0 { (t - times[first]) / passed } else { 0.0 };
+            middle(n) + share * (middle(n + 1) - middle(n))
+        })
+        .collect()
 }
 
 fn spread<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
@@ -160,8 +187,8 @@ fn spread<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
     if high > low { high - low } else { 0.0 }
 }
 
-/// The lag of `seen` against `joints`, in steps, if one stands out.
-fn matched(joints: &[f64], seen: &[f64]) -> Option<isize> {
+/// The lags of `seen` against `joints`, in steps, at which both are alike, the likeliest first.
+fn matched(joints: &[f64], seen: &[f64], step: f64) -> Vec<isize> {
     let least = (COMMON * joints.len().min(seen.len()) as f64).max(10.0) as isize;
     let lags = least - seen.len() as isize..=joints.len() as isize - least;
     let score = |lag: isize| {
@@ -170,11 +197,19 @@ fn matched(joints: &[f64], seen: &[f64]) -> Option<isize> {
         let begin = (from as isize - lag) as usize;
         joints.get(from..to).map_or(0.0, |part| correlation(part, &seen[begin..begin + part.len()]))
     };
-    let scores: Vec<(f64, isize)> = lags.map(|lag| (score(lag), lag)).collect();
-    let best = scores.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let apart = (APART / COARSE) as isize;
-    let rival = scores.iter().filter(|(_, lag)| (lag - best.1).abs() > apart).map(|(s, _)| *s).fold(0.0, f64::max);
-    (best.0 >= ALIKE && rival < RIVAL * best.0).then_some(best.1)
+    let mut scores: Vec<(f64, isize)> = lags.map(|lag| (score(lag), lag)).collect();
+    scores.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let apart = (APART / step).ceil() as isize;
+    let mut found: Vec<isize> = Vec::new();
+    for (_, lag) in scores.into_iter().take_while(|(alike, _)| *alike >= ALIKE / 2.0) {
+        if found.iter().all(|other| (other - lag).abs() > apart) {
+            found.push(lag);
+        }
+        if found.len() == MOST_SHIFTS {
+            break;
+        }
+    }
+    found
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {

@@ -32,9 +32,10 @@ pub(crate) struct Joints {
 pub(crate) fn joints_of(log: &Log, robot: &Robot, choice: &JointChoice) -> Result<Joints, LogError> {
     let refuse = |problem: String, remedy: String| LogError::Content { files: log.files.clone(), problem, remedy };
     if log.joints.is_empty() {
+        let cut: String = log.remarks.iter().map(|remark| format!("; {remark}")).collect();
         let there = if log.other.is_empty() { String::new() } else { format!("; its topics are {}", named(&log.other)) };
         return Err(refuse(
-            format!("holds no joints{there}"),
+            format!("holds no joints{there}{cut}"),
             "record the topic of the joint states (sensor_msgs/JointState), or give a table with a time and the joints in each row"
                 .into(),
         ));

@@ -13,6 +13,7 @@ mod clocks;
 mod decoder;
 mod definitions;
 mod error;
+mod geometry;
 mod joints;
 mod log;
 mod mcap_file;

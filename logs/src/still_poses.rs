@@ -3,13 +3,18 @@
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot};
 
-use crate::clocks::{Clock, Moving, shift};
+use crate::clocks::{Clock, Moving, RIVAL, delay, shifts};
 use crate::error::LogError;
+use crate::geometry::misfit;
 use crate::joints::{JointChoice, Joints, joints_of, named};
 use crate::log::{JointTrack, Log, Track};
 use crate::middle::{Middle, middle, unsteady};
-use crate::table::{Arm, Fields, READINGS, Row, SCATTER, SIGMA, TIME, fields};
-use crate::windows::{Intervals, Rest, intervals};
+use crate::table::{Arm, Fields, READINGS, Row, SCATTER, SIGMA, TIME, fields, mean_posture};
+use crate::windows::{Intervals, Rest, Still, intervals};
+
+/// A track that is off by less than this share of how far it spreads follows the arm: the nominal arm is a hundredth off, and at a wrong
+/// shift it is half.
+const FOLLOWS: f64 = 0.15;
 
 /// Frames that descriptions of arms have, beside those that end in `_link`.
 const OWN: [&str; 8] = ["base", "base_link_inertia", "flange", "tool0", "tool0_controller", "ft_frame", "hand_tcp", "world"];
@@ -99,26 +104,37 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     let flange: Vec<f64> = joints.positions.chunks_exact(joints.joints.len()).flat_map(|q| flange_at(robot, q)).collect();
     let of_arm = moving(&joint_times, &flange, 3);
     let (seen_times, seen_values) = &sorted_tracks[0];
-    let seconds = match options.shift {
-        Some(seconds) => seconds,
-        None => {
-            let of_track = moving(seen_times, seen_values, tracks[0].titles.len());
-            let Some(shift) = shift(of_arm, of_track, clock != Clock::None) else {
-                let problem = format!(
-                    "the clock of {} cannot be matched with that of {}: no shift makes both move at the same times",
-                    tracks[0].name, joints.name
-                );
-                return Err(refuse(problem, "state the time to be added to that of the instrument, s: --shift SECONDS"));
-            };
-            if shift.is_matched {
-                said.push(format!(
-                    "clocks matched by the motions: {:.2} s are added to the times of {}",
-                    shift.seconds, tracks[0].name
-                ));
-            } else if shift.seconds != 0.0 {
-                said.push(format!("{} comes {:.2} s after the joints, which is allowed for", tracks[0].name, -shift.seconds));
+    let rests = Rests { robot, joints: &joints, still: &found.still };
+    let of_track = moving(seen_times, seen_values, tracks[0].titles.len());
+    let seconds = match (options.shift, clock) {
+        (Some(seconds), _) => seconds,
+        (None, _) => {
+            let known = if clock == Clock::None { None } else { delay(of_arm, of_track) };
+            let follows = |seconds: f64| rests.misfit(tracks[0], of_track, seconds).is_none_or(|off| off < FOLLOWS);
+            // Two clocks that begin at zero have times in common, and nothing else.
+            let matched = if known.is_some_and(follows) { None } else { rests.shift_of(tracks[0], of_arm, of_track) };
+            match (known, matched) {
+                (_, Some(seconds)) => {
+                    said.push(format!(
+                        "clocks matched by the motions: {seconds:.2} s are added to the times of {}",
+                        tracks[0].name
+                    ));
+                    seconds
+                }
+                (Some(seconds), None) => {
+                    if seconds != 0.0 {
+                        said.push(format!("{} comes {:.2} s after the joints, which is allowed for", tracks[0].name, -seconds));
+                    }
+                    seconds
+                }
+                (None, None) => {
+                    let problem = format!(
+                        "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times",
+                        tracks[0].name, joints.name
+                    );
+                    return Err(refuse(problem, "state the time to be added to that of the instrument, s: --shift SECONDS"));
+                }
             }
-            shift.seconds
         }
     };
     let begin = joint_times.first().copied().unwrap_or(0.0);
@@ -176,6 +192,48 @@ impl StillPoses {
             approach => format!("{approach} = {{ column = \"{approach}\" }}\n"),
         };
         self.fields.beside.iter().map(line).collect()
+    }
+}
+
+/// The rests, by which shifts between clocks are judged.
+struct Rests<'a> {
+    robot: &'a Robot,
+    joints: &'a JointTrack,
+    still: &'a [Still],
+}
+
+impl Rests<'_> {
+    /// How far a track is off, at a shift, from a point of the tool; `None` of too few rests.
+    fn misfit(&self, track: &Track, seen: Moving<'_>, shift: f64) -> Option<f64> {
+        let (mut postures, mut rows) = (Vec::new(), Vec::new());
+        for still in self.still {
+            let interval = [still.begin - shift, still.end - shift];
+            if let Some(middle) = middle(track, seen.times, seen.values, interval) {
+                postures.push(mean_posture(self.joints, still));
+                rows.push(middle.values);
+            }
+        }
+        misfit(self.robot, &postures, &rows)
+    }
+
+    /// The shift at which a track moves with the arm and states a point of its tool while it rests; `None` if none stands out.
+    fn shift_of(&self, track: &Track, arm: Moving<'_>, seen: Moving<'_>) -> Option<f64> {
+        let likely = shifts(arm, seen);
+        // The likeliest comes first; its neighbours still find most rests.
+        let mut is_judged = false;
+        for shift in &likely {
+            match self.misfit(track, seen, shift.seconds) {
+                Some(off) if off < FOLLOWS => return Some(shift.seconds),
+                off => is_judged |= off.is_some(),
+            }
+        }
+        match likely.as_slice() {
+            // Too few rests: the motions alone must tell.
+            [first, rest @ ..] if !is_judged && rest.iter().all(|other| other.alike < RIVAL * first.alike) => {
+                Some(first.seconds)
+            }
+            _ => None,
+        }
     }
 }
 

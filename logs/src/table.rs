@@ -31,6 +31,16 @@ pub(crate) struct Row {
     pub middles: Vec<Option<Middle>>,
 }
 
+fn mean_of(joints: &JointTrack, still: &Still, j: usize) -> f64 {
+    let width = joints.joints.len();
+    (still.from..still.to).map(|k| joints.positions[k * width + j]).sum::<f64>() / (still.to - still.from) as f64
+}
+
+/// The mean position of each joint in a rest.
+pub(crate) fn mean_posture(joints: &JointTrack, still: &Still) -> Vec<f64> {
+    (0..joints.joints.len()).map(|j| mean_of(joints, still, j)).collect()
+}
+
 /// The arm over time.
 pub(crate) struct Arm<'a> {
     pub robot: &'a Robot,
@@ -45,7 +55,7 @@ impl Arm<'_> {
     }
 
     fn mean(&self, still: &Still, j: usize) -> f64 {
-        (still.from..still.to).map(|k| self.position(k, j)).sum::<f64>() / (still.to - still.from) as f64
+        mean_of(self.joints, still, j)
     }
 
     /// The sign of the last motion of a joint before it stood; 0 if it had not moved.

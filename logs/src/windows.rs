@@ -9,6 +9,8 @@ use crate::log::JointTrack;
 
 /// How far a joint at rest may creep from the middle of where it stands, beside its noise: rad, and m of a joint that slides.
 const REST: [f64; 2] = [0.03 * DEG, 0.05 * MM];
+/// Longest step of an encoder, rad and m.
+const LONGEST_STEP: [f64; 2] = [0.5 * DEG, 1.0 * MM];
 /// The same in steps of an encoder whose steps are seen.
 const REST_IN_STEPS: f64 = 1.5;
 /// The same in standard deviations of the noise of the readings.
@@ -61,8 +63,9 @@ pub(crate) fn intervals(times: &[f64], track: &JointTrack, robot: &Robot, rest: 
     let joints = track.joints.len();
     let noise: Vec<f64> = (0..joints).map(|j| noise_of(&track.positions, joints, j)).collect();
     let slack = |j: usize| REST[usize::from(robot.kind(j) == JointKind::Prismatic)];
+    let longest = |j: usize| LONGEST_STEP[usize::from(robot.kind(j) == JointKind::Prismatic)];
     let tolerance: Vec<f64> = (0..joints)
-        .map(|j| slack(j) + REST_IN_STEPS * step_of(&track.positions, joints, j) + REST_IN_NOISE * noise[j])
+        .map(|j| slack(j) + REST_IN_STEPS * step_of(&track.positions, joints, j, longest(j)) + REST_IN_NOISE * noise[j])
         .collect();
     let mut found = Intervals { tolerance: tolerance.clone(), ..Intervals::default() };
     for (from, to) in quiet_runs(times, &track.positions, &tolerance) {
@@ -103,16 +106,26 @@ fn noise_of(positions: &[f64], joints: usize, j: usize) -> f64 {
     quiet / QUIET_OF_NORMAL / SECOND_DIFFERENCE.sqrt()
 }
 
-/// The step in which the positions of a joint are stated, where many differences are the same smallest one; zero if none is seen.
-fn step_of(positions: &[f64], joints: usize, j: usize) -> f64 {
-    /// Differences that are the same but for how a number is written.
-    const SAME: f64 = 1.01;
+/// The step in which the positions of a joint are stated, if all of them are multiples of it apart; zero if none is seen, or if it is
+/// so long that it is a motion.
+fn step_of(positions: &[f64], joints: usize, j: usize, longest: f64) -> f64 {
+    /// How far a multiple of the step may be off, in steps: numbers are rounded.
+    const OFF: f64 = 0.05;
+    /// Most positions between two that are compared: with longer ones the rounding of the step adds up.
+    const STEPS: f64 = 20.0;
     let of: Vec<f64> = positions.iter().skip(j).step_by(joints).copied().collect();
-    let steps: Vec<f64> = of.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
-    let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    // Two in a hundred, so that a chance value of a smooth motion is none.
-    let same = steps.iter().filter(|d| **d <= SAME * smallest).count();
-    if same * 50 >= steps.len() && same > 2 { smallest } else { 0.0 }
+    let differences = || of.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0);
+    let smallest = differences().fold(f64::INFINITY, f64::min);
+    if smallest > longest {
+        return 0.0;
+    }
+    let is_multiple = |d: f64| (d / smallest - (d / smallest).round()).abs() <= OFF;
+    let (mut short, mut multiples) = (0usize, 0usize);
+    for d in differences().filter(|d| *d < STEPS * smallest) {
+        short += 1;
+        multiples += usize::from(is_multiple(d));
+    }
+    if short > 2 && multiples == short { smallest } else { 0.0 }
 }
 
 /// The longest runs of readings in which every joint stays within twice its tolerance.

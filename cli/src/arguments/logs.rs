@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::files::FileError;
 use calibench::files::disk::{is_file, write_whole};
-use calibench::import::{Guess, guess};
+use calibench::import::{Guess, ImportError, guess};
 use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::robot::urdf::robot_from_urdf;
 use calibench_logs::{Excluded, JointChoice, StillOptions, read_logs, still_poses};
@@ -105,7 +106,14 @@ pub fn still_table(
     let table = folder.join(STILLS);
     // What is known beside is no candidate for a joint or a position.
     write_whole(&table, stills.table().as_bytes())?;
-    let guess = guess(&table, &arm, &from_anywhere(named))?.with_columns(&stills.map_lines());
+    let of_log = |error: ImportError| match error {
+        ImportError::File(error) if error.path == table => {
+            let problem = format!("its {} still poses, as a table: {}", stills.rows, error.problem);
+            ImportError::File(FileError { path: files[0].clone(), line: None, problem, ..error })
+        }
+        error => error,
+    };
+    let guess = guess(&table, &arm, &from_anywhere(named)).map_err(of_log)?.with_columns(&stills.map_lines());
     let text = stills.whole_table();
     write_whole(&table, text.as_bytes())?;
     let said = log.remarks.iter().chain(&stills.said).cloned().collect();

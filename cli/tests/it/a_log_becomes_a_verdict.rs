@@ -1,0 +1,106 @@
+//! A recording becomes a calibration: whatever writer, storage and packing, the rests are those at which the arm stood, and what was
+//! measured there is the truth but for the noise. The recordings were made by programs that share no code with this one.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use crate::oracles;
+use crate::program::{calibench, done, json};
+
+fn recordings() -> PathBuf {
+    oracles::folder().join("logs")
+}
+
+/// Rows of a table by their titles.
+fn rows(path: &std::path::Path) -> Vec<HashMap<String, f64>> {
+    let mut table = csv::Reader::from_path(path).unwrap();
+    let titles = table.headers().unwrap().clone();
+    let number = |(title, text): (&str, &str)| (title.to_owned(), text.parse().unwrap_or(f64::NAN));
+    table.records().map(|row| titles.iter().zip(&row.unwrap()).map(number).collect()).collect()
+}
+
+#[test]
+fn every_rest_of_every_recording_is_what_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let truth = rows(&recordings().join("truth.csv"));
+    // By SQLite packed as a file, by MCAP packed by Zstandard, by MCAP packed by LZ4.
+    for (name, measured) in [("tracker", "/tracker"), ("frames", "/tf camera>tag_4"), ("board.mcap", "/board")] {
+        let recording = recordings().join(name);
+        let said = json(at, &["import", "log", recording.to_str().unwrap(), "--robot", "ur5", "-o", name, "--json"]);
+        assert_eq!(said["format"], "calibench-import-log/1");
+        assert_eq!(said["samples"], truth.len(), "{said:#}");
+        assert!(said["understood"].to_string().contains(measured), "{said:#}");
+        // The instrument was 0.12 s late; the motions say so to a few hundredths.
+        assert!((said["shift_s"].as_f64().unwrap() + 0.12).abs() < 0.035, "{said:#}");
+        let found = rows(&at.join(name).join("samples.csv"));
+        assert_eq!(found.len(), truth.len());
+        let mut squares = 0.0;
+        for (k, (row, truth)) in found.iter().zip(&truth).enumerate() {
+            for j in 1..=6 {
+                let off = row[&format!("q{j}_deg")] - truth[&format!("q{j}_deg")];
+                assert!(off.abs() < 0.002, "{name}, row {k}: joint {j} is {off} deg off");
+                // The first rest has no motion before it.
+                if k > 0 {
+                    let came = truth[&format!("q{j}_deg")] - found[k - 1][&format!("q{j}_deg")];
+                    assert_eq!(row[&format!("approach{j}")], came.signum(), "{name}, row {k}, joint {j}");
+                }
+            }
+            // The tag is another point of the tool.
+            if name != "frames" {
+                let off: f64 = ["x_mm", "y_mm", "z_mm"].iter().map(|axis| (row[*axis] - truth[*axis]).powi(2)).sum();
+                assert!(off.sqrt() < 0.05, "{name}, row {k} is {} mm off", off.sqrt());
+                squares += off;
+            }
+            assert!(row["time_s"] > truth["begin_s"] && row["time_s"] < truth["begin_s"] + 1.0, "{name}, row {k}");
+        }
+        // Readings of 15 um an axis, about ten a rest.
+        assert!((squares / truth.len() as f64).sqrt() < 0.015, "{name}");
+    }
+}
+
+#[test]
+fn a_recording_is_calibrated_by_one_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let recording = recordings().join("tracker");
+    let recording = recording.to_str().unwrap();
+    let said = done(at, &["calibrate", recording, "--robot", "ur5", "--noise", "15um", "-o", "one"]);
+    assert!(said.contains("rests: 40, of which 40 with a measurement by /tracker"), "{said}");
+    let of = |folder: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(at.join(folder).join("judgement.json")).unwrap()).unwrap()
+    };
+    let one = of("one");
+    let error = |name: &str| one["errors"][name]["mean_mm"].as_f64();
+    let best = error("recommended").or(error("calibrated")).unwrap();
+    assert!(best < 0.03 && error("nominal").unwrap() > 0.3, "{:#}", one["errors"]);
+    // The rests can be looked at, and read again by their map.
+    assert!(at.join("one/stills.csv").is_file() && at.join("one/map.toml").is_file());
+    done(at, &["import", "generic", "one/stills.csv", "--map", "one/map.toml", "-o", "again"]);
+    assert_eq!(rows(&at.join("again/samples.csv")).len(), 40);
+    // In two steps it is the same.
+    done(at, &["import", "log", recording, "--robot", "ur5", "--noise", "15um", "-o", "dataset"]);
+    done(at, &["calibrate", "dataset", "-o", "two"]);
+    assert_eq!(one["errors"], of("two")["errors"]);
+}
+
+#[test]
+fn a_flag_of_logs_is_for_logs() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("table.csv"), "q1,x,y,z\n1,2,3,4\n").unwrap();
+    for arguments in [
+        ["calibrate", "table.csv", "--robot", "ur5", "-o", "o", "--still", "1s"],
+        ["import", "generic", "table.csv", "--map", "m.toml", "-o=o", "--shift", "1"],
+        ["import", "generic", "table.csv", "--map", "m.toml", "-o=o", "--noise", "1mm"],
+    ] {
+        let output = calibench(at, &arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(arguments[6]) && told.contains("logs") || told.contains("recordings"), "{told}");
+        assert!(!at.join("o").exists());
+    }
+}
