@@ -12,6 +12,10 @@ const COARSE: f64 = 0.1;
 const MOST_STEPS: usize = 40_000;
 /// Smallest share of the shorter log that both must have in common.
 const COMMON: f64 = 0.5;
+/// Times at least as large as those of 1990 count from 1970, s.
+const SINCE_1970: f64 = 6.3e8;
+/// Speeds above this quantile of those of a motion count as it: wrong readings jump farther than any arm moves.
+const FASTEST: f64 = 0.9;
 /// Smallest correlation at which two clocks are matched.
 const ALIKE: f64 = 0.4;
 /// Another shift with more than this share of the best correlation leaves it open which is right.
@@ -56,8 +60,14 @@ pub(crate) enum Clock {
 }
 
 impl Clock {
-    /// The clock by which two tracks were taken at the same time.
-    pub fn of(joints: &Times, track: &Times) -> Self {
+    /// The clock by which two tracks were taken at the same time. Those of two recorders are one if both count from 1970; others
+    /// may both begin at zero, and have nothing in common.
+    pub fn of(joints: &Times, track: &Times, is_one_recording: bool) -> Self {
+        let is_calendar = |times: &Times| times.stated.first().is_some_and(|t| *t >= SINCE_1970);
+        let is_one_clock = is_one_recording || (is_calendar(joints) && is_calendar(track));
+        if !is_one_clock {
+            return Clock::None;
+        }
         let is_shared = |a: &[f64], b: &[f64]| {
             let (Some(([a0, a1], long)), Some(([b0, b1], short))) = (ends(a), ends(b)) else { return false };
             a1.min(b1) - a0.max(b0) >= COMMON * long.min(short)
@@ -85,7 +95,7 @@ fn ends(times: &[f64]) -> Option<([f64; 2], f64)> {
 /// The delay of an instrument on the same clock: zero if its readings are too few to show when the arm moves, `None` if they show that
 /// it does not move with the arm.
 pub(crate) fn delay(joints: Moving<'_>, track: Moving<'_>) -> Option<f64> {
-    if !is_dense(track.times) || !is_dense(joints.times) {
+    if !shows_motion(joints, track) {
         return Some(0.0);
     }
     // The longest delay is one that is longer.
@@ -95,7 +105,7 @@ pub(crate) fn delay(joints: Moving<'_>, track: Moving<'_>) -> Option<f64> {
 
 /// The shifts at which both move at the same times, where the clocks know nothing of each other, the likeliest first.
 pub(crate) fn shifts(joints: Moving<'_>, track: Moving<'_>) -> Vec<Shift> {
-    if !is_dense(track.times) || !is_dense(joints.times) {
+    if !shows_motion(joints, track) {
         return Vec::new();
     }
     let (Some(([from, to], length)), Some(([seen_from, seen_to], seen))) = (ends(joints.times), ends(track.times)) else {
@@ -127,6 +137,11 @@ fn refined(joints: Moving<'_>, track: Moving<'_>, about: f64, around: f64) -> Op
     Some(Shift { seconds: about + lag as f64 * FINE, alike })
 }
 
+/// True if both were read often enough to show when the arm moves.
+pub(crate) fn shows_motion(joints: Moving<'_>, track: Moving<'_>) -> bool {
+    is_dense(track.times) && is_dense(joints.times)
+}
+
 fn is_dense(times: &[f64]) -> bool {
     let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     periods.sort_unstable_by(f64::total_cmp);
@@ -152,15 +167,19 @@ fn activity(of: Moving<'_>, from: f64, to: f64, step: f64) -> Vec<f64> {
             *speed += if moved.is_finite() { moved } else { 0.0 };
         }
     }
-    speed.iter().map(|v| v.sqrt()).collect()
+    let mut moving: Vec<f64> = speed.iter().copied().filter(|v| *v > 0.0).collect();
+    moving.sort_unstable_by(f64::total_cmp);
+    let fastest = moving.get((FASTEST * moving.len() as f64) as usize).copied().unwrap_or(f64::INFINITY);
+    speed.iter().map(|v| v.min(fastest).sqrt()).collect()
 }
 
-/// A column at equal steps, each reading the middle one of three; not a number where nothing was read for long.
+/// A column at equal steps, each reading the middle one of five; not a number where nothing was read for long.
 fn resampled(times: &[f64], column: &[f64], from: f64, step: f64, count: usize) -> Vec<f64> {
     let kept: Vec<usize> = (0..times.len()).filter(|&k| column[k].is_finite()).collect();
     let middle = |n: usize| {
-        let [a, b, c] = [n.saturating_sub(1), n, (n + 1).min(kept.len() - 1)].map(|n| column[kept[n]]);
-        a.max(b).min(a.min(b).max(c))
+        let mut five: Vec<f64> = (n.saturating_sub(2)..(n + 3).min(kept.len())).map(|n| column[kept[n]]).collect();
+        five.sort_unstable_by(f64::total_cmp);
+        five[five.len() / 2]
     };
     let mut n = 0;
     (0..count)

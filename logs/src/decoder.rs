@@ -102,7 +102,11 @@ impl Decoder {
         let value = value.map_err(|e| format!("a message is not as its type says: {e}"))?;
         let mut found = Found { resolver: &resolver, all: Vec::new() };
         found.walk(&self.schema.spec, &value, &Place { label: String::new(), time: None, depth: 0 });
-        Ok(found.all)
+        // Joints without a name or a number are no joints; what one marker of many lacks is nothing to the others.
+        match is_joints(&self.schema.spec) && found.all.is_empty() {
+            true => Err("a message states no position for each name".into()),
+            false => Ok(found.all),
+        }
     }
 }
 
@@ -295,5 +299,7 @@ fn joints(fields: &Fields) -> Option<Content> {
     else {
         return None;
     };
-    (names.len() == positions.len() && !names.is_empty()).then(|| Content::Joints(names.clone(), positions.clone()))
+    let are_whole = names.len() == positions.len() && names.iter().all(|name| !name.is_empty());
+    (are_whole && !names.is_empty() && positions.iter().all(|v| v.is_finite()))
+        .then(|| Content::Joints(names.clone(), positions.clone()))
 }

@@ -6,7 +6,9 @@ use calibench::robot::FramePose;
 use calibench::robot::Robot;
 use calibench::robot::kinematics::world_from_tool;
 
-/// Fewest rests by which a shift is judged: a point of the tool has thirteen unknowns.
+/// Joints nearer than this are the same posture, rad or m: a cycle of few postures fits itself at any shift.
+const SAME: f64 = 0.01;
+/// Fewest postures by which a shift is judged: a point of the tool has thirteen unknowns.
 const FEWEST: usize = 20;
 /// Numbers of a flange pose of which a measured coordinate is a sum: a place, a rotation and a constant.
 const UNKNOWNS: usize = 13;
@@ -18,7 +20,14 @@ const NONE: f64 = 1e-9;
 /// How far the columns that follow the arm best are off from a point of a rigid tool in an unknown base, in parts of how far they
 /// spread; `None` of too few rests.
 pub(crate) fn misfit(robot: &Robot, postures: &[Vec<f64>], rows: &[Vec<f64>]) -> Option<f64> {
-    if postures.len() < FEWEST {
+    let mut different: Vec<&Vec<f64>> = Vec::new();
+    for posture in postures {
+        let is_near = |other: &&Vec<f64>| other.iter().zip(posture).all(|(a, b)| (a - b).abs() < SAME);
+        if different.len() < FEWEST && !different.iter().any(is_near) {
+            different.push(posture);
+        }
+    }
+    if different.len() < FEWEST {
         return None;
     }
     let mut features = DMatrix::from_element(postures.len(), UNKNOWNS, 1.0);

@@ -8,6 +8,9 @@ use crate::log::{JointTrack, Log};
 /// Words in the names of topics that state what is wanted, not what is.
 const WANTED: [&str; 6] = ["command", "desired", "target", "goal", "reference", "cmd"];
 
+/// How a topic that is not read says in which encoding it is.
+pub(crate) const WRITTEN: &str = ", written as ";
+
 /// Names of the joints of Universal Robots' arms from the base on; their driver states them in another order.
 const UNIVERSAL_ROBOTS: [&str; 6] = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
 
@@ -34,11 +37,12 @@ pub(crate) fn joints_of(log: &Log, robot: &Robot, choice: &JointChoice) -> Resul
     if log.joints.is_empty() {
         let cut: String = log.remarks.iter().map(|remark| format!("; {remark}")).collect();
         let there = if log.other.is_empty() { String::new() } else { format!("; its topics are {}", named(&log.other)) };
-        return Err(refuse(
-            format!("holds no joints{there}{cut}"),
+        let remedy = if log.other.iter().any(|topic| topic.contains(WRITTEN)) {
+            "record messages in CDR, as ROS 2 does: others are not read"
+        } else {
             "record the topic of the joint states (sensor_msgs/JointState), or give a table with a time and the joints in each row"
-                .into(),
-        ));
+        };
+        return Err(refuse(format!("holds no joints{there}{cut}"), remedy.into()));
     }
     let is_chosen = |track: &&JointTrack| choice.topic.as_ref().is_none_or(|topic| *topic == track.name);
     let mut chosen: Vec<&JointTrack> = log.joints.iter().filter(is_chosen).collect();
@@ -50,6 +54,15 @@ pub(crate) fn joints_of(log: &Log, robot: &Robot, choice: &JointChoice) -> Resul
     // What is wanted comes last, and more rows come first.
     let is_wanted = |track: &JointTrack| WANTED.iter().any(|word| track.name.to_lowercase().contains(word));
     chosen.sort_by_key(|track| (is_wanted(track), std::cmp::Reverse(track.times.len())));
+    // Messages of one topic may name its joints in several orders.
+    let first = chosen[0].name.clone();
+    let of_first: Vec<&JointTrack> = chosen.iter().copied().filter(|track| track.name == first).collect();
+    if of_first.len() > 1
+        && let Some(track) = merged(&of_first, robot, &choice.names)
+    {
+        let said = format!("joints: {first} ({}), {} times", track.joints.join(", "), track.times.len());
+        return Ok(Joints { track, said });
+    }
     let orders = chosen.iter().filter_map(|track| order(&track.joints, robot, &choice.names).map(|order| (*track, order)));
     if let Some((track, order)) = orders.into_iter().next() {
         let names: Vec<&str> = order.iter().map(|&k| track.joints[k].as_str()).collect();
@@ -115,6 +128,7 @@ fn merged(tracks: &[&JointTrack], robot: &Robot, names: &[String]) -> Option<Joi
         name: topics_of(tracks).join(", "),
         joints: wanted.iter().map(|&name| name.clone()).collect(),
         is_si: tracks.iter().all(|track| track.is_si),
+        recording: tracks.first().map_or(0, |track| track.recording),
         ..JointTrack::default()
     };
     let mut now = vec![f64::NAN; wanted.len()];

@@ -28,6 +28,6 @@ mod windows;
 
 pub use error::LogError;
 pub use joints::JointChoice;
-pub use log::{JointTrack, Log, Track};
+pub use log::{JointTrack, Log, Times, Track};
 pub use read::{is_log, read_logs};
 pub use still_poses::{Excluded, StillOptions, StillPoses, still_poses};

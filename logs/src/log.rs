@@ -15,6 +15,8 @@ pub struct JointTrack {
     pub positions: Vec<f64>,
     /// True if the positions are in SI units; a table may not say in which its are.
     pub is_si: bool,
+    /// Number of the recording: what is of one was stamped by one clock, perhaps.
+    pub recording: usize,
 }
 
 /// Measured numbers over time: a point, a pose, or the columns of a table.
@@ -28,6 +30,8 @@ pub struct Track {
     pub times: Times,
     /// The numbers, a row for each time.
     pub values: Vec<f64>,
+    /// Number of the recording.
+    pub recording: usize,
 }
 
 /// Times of the rows of a track, s: those that the sender stated, and those of the recorder.

@@ -9,9 +9,10 @@ use calibench::files::{FileError, cannot_be_read};
 use mcap::read::ChunkReader;
 use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{McapError, parse_record};
+use mcap::{MAGIC, McapError, parse_record};
 
 use crate::decoder::{Content, Decoder};
+use crate::joints::WRITTEN;
 use crate::log::Log;
 
 /// Largest record that is read, bytes: longer ones than this are no chunks of a recording.
@@ -27,6 +28,8 @@ pub(crate) fn take(log: &mut Log, topic: &str, decoder: &Decoder, bytes: &[u8], 
         let time = stated.time.unwrap_or(recorded_s);
         match stated.content {
             Content::Joints(names, positions) => log.push_joints(topic, names, time, recorded_s, &positions),
+            // A marker that was not found is written as zeros.
+            Content::Place(_, [0.0, 0.0, 0.0], _) => {}
             Content::Place(label, at, turn) => {
                 let name = if label.is_empty() { topic.to_owned() } else { format!("{topic} {label}") };
                 // An orientation of length zero was not filled in.
@@ -67,6 +70,10 @@ pub(crate) fn read(path: &Path, mut file: impl Read + Seek) -> Result<Log, FileE
     let mut records = LinearReader::new_with_options(options);
     let mut reader = Reader { path, schemas: HashMap::new(), topics: HashMap::new(), log: Log::default() };
     let broken = |problem: String| FileError::whole(path, problem, "record it again, or repair it with `mcap recover`");
+    let mut magic = [0; MAGIC.len()];
+    if file.read_exact(&mut magic).is_err() || magic != *MAGIC {
+        return Err(FileError::whole(path, "is no MCAP file", "give a recording that begins as one"));
+    }
     let length =
         file.seek(SeekFrom::End(0)).and_then(|end| file.rewind().map(|()| end)).map_err(|e| cannot_be_read(path, e))?;
     let mut at = 0;
@@ -87,9 +94,6 @@ pub(crate) fn read(path: &Path, mut file: impl Read + Seek) -> Result<Log, FileE
             Err(McapError::UnexpectedEof) if at == length && length > 0 => {
                 cut = true;
                 break;
-            }
-            Err(McapError::BadMagic) => {
-                return Err(FileError::whole(path, "is no MCAP file", "give a recording that begins as one"));
             }
             Err(error) => return Err(broken(format!("cannot be read on: {error}"))),
         }
@@ -114,7 +118,7 @@ impl Reader<'_> {
                 let is_cdr = channel.message_encoding == "cdr";
                 let decoder = if is_cdr { Decoder::new(type_name, text) } else { None };
                 if decoder.is_none() {
-                    let why = if is_cdr { String::new() } else { format!(", written as {}", channel.message_encoding) };
+                    let why = if is_cdr { String::new() } else { format!("{WRITTEN}{}", channel.message_encoding) };
                     self.log.other.push(format!("{} ({type_name}{why})", channel.topic));
                 }
                 // Every chunk may state its channels again.

@@ -1,14 +1,16 @@
 //! Which files are logs, and reading them by their kind.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use calibench::files::FileError;
+use calibench::files::{FileError, cannot_be_read};
 use calibench::robot::Robot;
 
 use crate::error::LogError;
 use crate::log::Log;
 use crate::ros_bag::{files_of_bag, is_recording};
-use crate::{ros_bag, table_over_time};
+use crate::{mcap_file, ros_bag, table_over_time};
 
 /// True of an MCAP file or a bag by its name, or by what a folder holds; a table over time looks like any table.
 pub fn is_log(path: &Path) -> bool {
@@ -22,7 +24,7 @@ pub fn is_log(path: &Path) -> bool {
 /// If a file cannot be read, or is of no such kind.
 pub fn read_logs(paths: &[PathBuf], robot: &Robot, joint_names: &[String]) -> Result<Log, LogError> {
     let mut log = Log::default();
-    for path in paths {
+    for (recording, path) in paths.iter().enumerate() {
         let files = if path.is_dir() {
             let files = files_of_bag(path).filter(|files| !files.is_empty());
             files.ok_or_else(|| {
@@ -32,19 +34,30 @@ pub fn read_logs(paths: &[PathBuf], robot: &Robot, joint_names: &[String]) -> Re
             vec![path.clone()]
         };
         for file in files {
-            let part = read_one(&file, robot, joint_names)?;
+            let mut part = read_one(&file, robot, joint_names)?;
+            part.joints.iter_mut().for_each(|track| track.recording = recording);
+            part.tracks.iter_mut().for_each(|track| track.recording = recording);
             log.append(Log { files: vec![file], ..part });
         }
     }
     Ok(log)
 }
 
+/// First bytes of a database of SQLite, and of a bag of ROS 1.
+const BEGINS: [&[u8]; 2] = [b"SQLite format 3\0", b"#ROSBAG"];
+
 fn read_one(file: &Path, robot: &Robot, joint_names: &[String]) -> Result<Log, FileError> {
-    if is_recording(file) {
+    let mut head = Vec::new();
+    let opened = File::open(file).map_err(|e| cannot_be_read(file, e))?;
+    opened.take(64).read_to_end(&mut head).map_err(|e| cannot_be_read(file, e))?;
+    // What a file is says its beginning, whatever its name.
+    if head.starts_with(mcap::MAGIC) {
+        return mcap_file::read(file, File::open(file).map_err(|e| cannot_be_read(file, e))?);
+    }
+    if is_recording(file) || head.starts_with(BEGINS[0]) {
         return ros_bag::read(file);
     }
-    let is_ros1 = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bag"));
-    if is_ros1 {
+    if head.starts_with(BEGINS[1]) {
         let remedy = "convert it: `pip install rosbags`, then `rosbags-convert --src FILE.bag --dst FOLDER`";
         return Err(FileError::whole(file, "is a bag of ROS 1", remedy));
     }

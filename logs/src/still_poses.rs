@@ -3,7 +3,7 @@
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot};
 
-use crate::clocks::{Clock, Moving, RIVAL, delay, shifts};
+use crate::clocks::{Clock, Moving, RIVAL, delay, shifts, shows_motion};
 use crate::error::LogError;
 use crate::geometry::misfit;
 use crate::joints::{JointChoice, Joints, joints_of, named};
@@ -87,7 +87,7 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     let Joints { track: joints, said } = joints_of(log, robot, &options.joints)?;
     let mut said = vec![said];
     let tracks = measured(log, &joints, options)?;
-    let clock = Clock::of(&joints.times, &tracks[0].times);
+    let clock = Clock::of(&joints.times, &tracks[0].times, joints.recording == tracks[0].recording);
     let (joint_times, positions) = sorted(clock.times(&joints.times), &joints.positions, joints.joints.len());
     let joints = JointTrack { positions, ..joints };
     let found = intervals(&joint_times, &joints, robot, Rest { shortest: options.shortest, settling: options.settling });
@@ -122,7 +122,9 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
                     seconds
                 }
                 (Some(seconds), None) => {
-                    if seconds != 0.0 {
+                    if !shows_motion(of_arm, of_track) {
+                        said.push(format!("{} is read too seldom to show its delay: none is supposed", tracks[0].name));
+                    } else if seconds != 0.0 {
                         said.push(format!("{} comes {:.2} s after the joints, which is allowed for", tracks[0].name, -seconds));
                     }
                     seconds
@@ -132,7 +134,10 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
                         "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times",
                         tracks[0].name, joints.name
                     );
-                    return Err(refuse(problem, "state the time to be added to that of the instrument, s: --shift SECONDS"));
+                    return Err(refuse(
+                        problem,
+                        "state the time to be added to that of the instrument: --shift TIME, such as -0.12s",
+                    ));
                 }
             }
         }
@@ -156,7 +161,10 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     }
     if kept.is_empty() {
         let problem = format!("the arm rests {} times, and {} measured nothing then", found.still.len(), tracks[0].name);
-        return Err(refuse(problem, "check the clocks; state the time to be added to that of the instrument: --shift SECONDS"));
+        return Err(refuse(
+            problem,
+            "check the clocks; state the time to be added to that of the instrument: --shift TIME, such as -0.12s",
+        ));
     }
     let unsteady = unsteady(&kept, &sorted_tracks[0].1, tracks[0].titles.len());
     let (moved, kept): (Vec<_>, Vec<_>) = kept.iter().zip(unsteady).partition(|(_, is_unsteady)| *is_unsteady);

@@ -8,6 +8,8 @@ use std::path::Path;
 use calibench::files::{FileError, cannot_be_read};
 use calibench::robot::{JointKind, Robot};
 use calibench::units::{DEG, MM};
+use jiff::tz::TimeZone;
+use jiff::{Unit, civil};
 
 use crate::joints::{named, order};
 use crate::log::{JointTrack, Log, Track};
@@ -82,13 +84,15 @@ pub(crate) fn read(path: &Path, robot: &Robot, joint_names: &[String]) -> Result
     let mut times = Vec::new();
     let mut values = Vec::new();
     let mut record = csv::ByteRecord::new();
+    let mut are_dates = false;
     let mut without_time = 0usize;
     let mut first_text = None;
     while rows
         .read_byte_record(&mut record)
         .map_err(|e| wrong(format!("cannot be read: {e}"), "write it as a table of text"))?
     {
-        let Some(at) = record.get(time).and_then(number) else {
+        let date = || record.get(time).and_then(|text| date(std::str::from_utf8(text).ok()?)).inspect(|_| are_dates = true);
+        let Some(at) = record.get(time).and_then(number).or_else(date) else {
             without_time += 1;
             first_text.get_or_insert_with(|| {
                 (
@@ -107,7 +111,7 @@ pub(crate) fn read(path: &Path, robot: &Robot, joint_names: &[String]) -> Result
         (error.line, error.field) = (usize::try_from(line).ok().filter(|line| *line > 0), titles[time].clone());
         return Err(error);
     }
-    let second = seconds(&titles[time], &times);
+    let second = if are_dates { 1.0 } else { seconds(&titles[time], &times) };
     times.iter_mut().for_each(|t| *t *= second);
     let of_joints = joint_columns(&titles, robot, joint_names);
     let mut log = Log::default();
@@ -129,7 +133,8 @@ pub(crate) fn read(path: &Path, robot: &Robot, joint_names: &[String]) -> Result
         let mut track = Track { name, titles: free.iter().map(|&k| titles[k].clone()).collect(), ..Track::default() };
         for (row, t) in values.chunks_exact(width).zip(&times) {
             let row: Vec<f64> = free.iter().map(|&k| row[k]).collect();
-            if row.iter().any(|v| v.is_finite()) {
+            // A point that was not seen is empty, or written as zeros.
+            if row.iter().any(|v| v.is_finite() && *v != 0.0) {
                 track.push(*t, *t, &row);
             }
         }
@@ -199,6 +204,22 @@ fn joint_columns(titles: &[String], robot: &Robot, names: &[String]) -> Option<V
     NUMBERED.into_iter().find_map(of)
 }
 
+/// Seconds of a date and a time of day as text, or of a time of day alone.
+fn date(text: &str) -> Option<f64> {
+    /// Nanoseconds of a second.
+    const NANOSECONDS: f64 = 1e9;
+    let text = text.trim().trim_matches('"').trim_end_matches('Z').replace(' ', "T").replace(',', ".");
+    let since =
+        |at: civil::DateTime| at.to_zoned(TimeZone::UTC).ok().map(|at| at.timestamp().as_nanosecond() as f64 / NANOSECONDS);
+    match text.parse::<civil::DateTime>() {
+        Ok(at) if text.contains(':') => since(at),
+        _ => text.parse::<civil::Time>().ok().filter(|_| text.contains(':')).and_then(|at| {
+            let midnight = civil::Time::midnight();
+            midnight.until(at).ok()?.total(Unit::Second).ok()
+        }),
+    }
+}
+
 /// A title in lower case without its unit, and the unit as written.
 fn without_unit(title: &str) -> (String, String) {
     let lower = title.trim().trim_matches('"').to_lowercase();
@@ -231,6 +252,13 @@ fn seconds(title: &str, times: &[f64]) -> f64 {
         return *seconds;
     }
     let first = times.first().copied().unwrap_or(0.0);
+    // Whole numbers some of which are left out between two rows are milliseconds.
+    let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    periods.sort_unstable_by(f64::total_cmp);
+    let usual = periods.get(periods.len() / 2).copied().unwrap_or(0.0);
+    if first < SINCE_1970[2].0 && usual >= 2.0 && times.iter().all(|t| t.fract() == 0.0) {
+        return 1e-3;
+    }
     SINCE_1970.into_iter().find(|(least, _)| first >= *least).map_or(1.0, |(_, seconds)| seconds)
 }
 
@@ -258,5 +286,9 @@ mod tests {
         assert_eq!(joint_columns(&titles("t x y z"), &ur5, &[]), None);
         assert!((seconds("timestamp", &[1.7e18]) - 1e-9).abs() < 1e-20);
         assert!((seconds("time_ms", &[12.0]) - 1e-3).abs() < 1e-12);
+        assert!((seconds("time", &[0.0, 8.0, 16.0]) - 1e-3).abs() < 1e-12);
+        assert_eq!(date("2026-11-28 07:30:00.25"), date("2026-11-28T07:30:00.25Z"));
+        assert_eq!(date("00:01:02.5"), Some(62.5));
+        assert_eq!(date("12"), None);
     }
 }

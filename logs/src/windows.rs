@@ -64,9 +64,8 @@ pub(crate) fn intervals(times: &[f64], track: &JointTrack, robot: &Robot, rest: 
     let noise: Vec<f64> = (0..joints).map(|j| noise_of(&track.positions, joints, j)).collect();
     let slack = |j: usize| REST[usize::from(robot.kind(j) == JointKind::Prismatic)];
     let longest = |j: usize| LONGEST_STEP[usize::from(robot.kind(j) == JointKind::Prismatic)];
-    let tolerance: Vec<f64> = (0..joints)
-        .map(|j| slack(j) + REST_IN_STEPS * step_of(&track.positions, joints, j, longest(j)) + REST_IN_NOISE * noise[j])
-        .collect();
+    let step: Vec<f64> = (0..joints).map(|j| step_of(&track.positions, joints, j, longest(j))).collect();
+    let tolerance: Vec<f64> = (0..joints).map(|j| slack(j) + REST_IN_STEPS * step[j] + REST_IN_NOISE * noise[j]).collect();
     let mut found = Intervals { tolerance: tolerance.clone(), ..Intervals::default() };
     for (from, to) in quiet_runs(times, &track.positions, &tolerance) {
         let [begin, end] = [times[from] + rest.settling, times[to - 1] - BEFORE_END];
@@ -83,7 +82,7 @@ pub(crate) fn intervals(times: &[f64], track: &JointTrack, robot: &Robot, rest: 
             let third = (last - first).div_ceil(3);
             let mean = |a: usize, b: usize| (a..b).map(|k| track.positions[k * joints + j]).sum::<f64>() / (b - a) as f64;
             let moved = (mean(last - third, last) - mean(first, first + third)).abs();
-            moved > slack(j) + REST_IN_NOISE * noise[j] * (2.0 / third as f64).sqrt()
+            moved > slack(j) + step[j] + REST_IN_NOISE * noise[j] * (2.0 / third as f64).sqrt()
         };
         if (0..joints).any(creeps) {
             found.creeping.push([times[first], times[last - 1]]);

@@ -55,7 +55,7 @@ pub use self::diagnosis::{
 };
 pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
-pub use self::import::{ImportFormat, ImportReport, NominalFit};
+pub use self::import::{ExcludedRest, ImportFormat, ImportReport, ImportedLog, NominalFit};
 pub use self::intervention::Intervention;
 pub use self::judged::{BeforeAndAfter, ExpectedAt, Judged, JudgedFormat, StateErrors};
 pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};

@@ -9,9 +9,10 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 11] = [
+const PACKAGES: [(&str, &[&str]); 12] = [
     ("src", &[]),
     ("programs/src", &["calibench"]),
+    ("logs/src", &["calibench"]),
     ("report/src", &["calibench"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
@@ -25,6 +26,7 @@ const PACKAGES: [(&str, &[&str]); 11] = [
         &[
             "calibench",
             "calibench_programs",
+            "calibench_logs",
             "calibench_report",
             "calibench_workbench",
             "calibench_sim",

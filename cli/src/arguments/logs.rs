@@ -10,11 +10,14 @@ use calibench::robot::urdf::robot_from_urdf;
 use calibench_logs::{Excluded, JointChoice, StillOptions, read_logs, still_poses};
 
 use crate::arguments::data::from_anywhere;
-use crate::arguments::quantities::duration;
+use crate::arguments::quantities::{duration, signed_duration};
 use crate::terminal::failure::Failure;
 
 /// The table of the still poses, in the folder of the dataset that is made of it.
 pub const STILLS: &str = "stills.csv";
+
+/// Beginnings of the reasons of a guess that a log does not make plain.
+const TOLD: [&str; 2] = ["orientations: ", "an orientation"];
 
 /// What of a log is meant.
 #[derive(clap::Args, Debug, Clone, Default)]
@@ -35,8 +38,8 @@ pub struct LogArguments {
     /// Time after a motion in which nothing is taken, such as 0.3s, which is the default
     #[arg(long, value_name = "TIME", value_parser = duration)]
     settle: Option<f64>,
-    /// Time to be added to that of the instrument, s; it is found from the motions if it is not given
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    /// Time to be added to that of the instrument, such as -0.12s; it is found from the motions if it is not given
+    #[arg(long, value_name = "TIME", value_parser = signed_duration, allow_hyphen_values = true)]
     shift: Option<f64>,
 }
 
@@ -106,16 +109,28 @@ pub fn still_table(
     let table = folder.join(STILLS);
     // What is known beside is no candidate for a joint or a position.
     write_whole(&table, stills.table().as_bytes())?;
+    let understood = stills.said.last().cloned().unwrap_or_default();
     let of_log = |error: ImportError| match error {
         ImportError::File(error) if error.path == table => {
-            let problem = format!("its {} still poses, as a table: {}", stills.rows, error.problem);
-            ImportError::File(FileError { path: files[0].clone(), line: None, problem, ..error })
+            let problem = format!("{understood}; as a table, these {}", error.problem.replace("has too few", "are too few"));
+            let remedy = "check that it is this robot (--joints), what was measured (--measured), in rad and m, and the clocks (--shift)";
+            ImportError::File(FileError { path: files[0].clone(), line: None, problem, remedy: remedy.into(), ..error })
         }
         error => error,
     };
     let guess = guess(&table, &arm, &from_anywhere(named)).map_err(of_log)?.with_columns(&stills.map_lines());
     let text = stills.whole_table();
     write_whole(&table, text.as_bytes())?;
-    let said = log.remarks.iter().chain(&stills.said).cloned().collect();
+    let mut said: Vec<String> = log.remarks.iter().chain(&stills.said).cloned().collect();
+    for (n, name) in arguments.measured.iter().enumerate().skip(1) {
+        if !guess.map.contains(&format!("\"x{}_m\"", n + 1)) {
+            said.push(format!(
+                "{name} is not used: it does not move as a further point of the tool of {}",
+                arguments.measured[0]
+            ));
+        }
+    }
+    // Of the columns, what is not plain from their titles.
+    said.extend(guess.reasons.iter().filter(|reason| TOLD.iter().any(|begin| reason.starts_with(begin))).cloned());
     Ok(StillTable { text, guess, said, rows: stills.rows, excluded: stills.excluded, shift_s: stills.shift_s })
 }

@@ -13,6 +13,15 @@ pub fn duration(text: &str) -> Result<f64, String> {
     quantity(text, &[("min", 60.0), ("s", 1.0)]).ok_or_else(|| "give a time with its unit, such as 30s or 2min".into())
 }
 
+/// A time with its unit that may be negative, s.
+pub fn signed_duration(text: &str) -> Result<f64, String> {
+    let (size, sign) = text.strip_prefix('-').map_or((text, 1.0), |size| (size, -1.0));
+    let units = [("min", 60.0), ("ms", 1e-3), ("s", 1.0)];
+    let time =
+        if size.trim_end_matches(char::is_alphabetic).parse::<f64>() == Ok(0.0) { Some(0.0) } else { quantity(size, &units) };
+    time.map(|time| sign * time).ok_or_else(|| "give a time with its unit, such as -0.12s or 3min".into())
+}
+
 /// A positive number with one of these units, of which the first that fits is its own, in SI.
 fn quantity(text: &str, units: &[(&str, f64)]) -> Option<f64> {
     let (unit, si) = units.iter().find(|(unit, _)| text.ends_with(unit))?;

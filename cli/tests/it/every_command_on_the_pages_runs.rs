@@ -51,6 +51,7 @@ pages! {
     hand_eye: "docs/hand-eye.md",
     importing: "docs/importing.md",
     install: "docs/install.md",
+    logs: "docs/logs.md",
     robot_files: "docs/robot-files.md",
     runs: "docs/runs.md",
     studies: "docs/studies/README.md",

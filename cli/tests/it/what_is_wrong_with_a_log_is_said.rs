@@ -36,13 +36,13 @@ fn what_is_wrong_with_a_recording_is_said() {
     let board = recording("board.mcap");
     let board = board.to_str().unwrap();
     says(&refused(at, &["there-is-none.mcap"]), &["there-is-none.mcap"]);
-    says(&refused(at, &[board, "--measured", "/tracker"]), &["'/tracker'", "/board (757 times)"]);
+    says(&refused(at, &[board, "--measured", "/tracker"]), &["'/tracker'", "/board (758 times)"]);
     says(&refused(at, &[board, "--joints-from", "/joints"]), &["'/joints'", "/joint_states"]);
     says(&refused(at, &[board, "--joints", "a,b,c,d,e,f"]), &["elbow_joint", "a, b, c, d, e, f", "--joints"]);
     says(&refused(at, &[board, "--joints", "a,b"]), &["2 names", "6 joints"]);
     says(&refused(at, &[board, "--robot", "panda"]), &["gripper", "7 joints", "--joints"]);
     says(&refused(at, &[board, "--still", "10s"]), &["never stands still", "--still"]);
-    says(&refused(at, &[board, "--shift", "1000"]), &["measured nothing", "--shift"]);
+    says(&refused(at, &[board, "--shift", "1000s"]), &["measured nothing", "--shift"]);
     says(&refused(at, &[board, "--map", "m.toml"]), &["--map"]);
 
     // Bytes that are none, and those of something else.

@@ -47,6 +47,33 @@ pub struct ImportReport {
     /// Warning that the data do not fit the robot, if written nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
+    /// What was found in a recording over time; null, or missing, of other imports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log: Option<ImportedLog>,
+}
+
+/// The rests of a recording over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ImportedLog {
+    /// Number of rests with a measurement, each a row.
+    pub rests: usize,
+    /// Time added to those of the instrument, s.
+    pub shift_s: f64,
+    /// What was understood, a sentence each.
+    pub understood: Vec<String>,
+    /// Rests that give no row.
+    pub excluded: Vec<ExcludedRest>,
+}
+
+/// A rest that gives no row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ExcludedRest {
+    /// Its begin since the begin of the recording, s.
+    pub from_s: f64,
+    /// Its end, s.
+    pub to_s: f64,
+    /// The reason.
+    pub why: String,
 }
 
 impl NominalFit {
@@ -77,6 +104,7 @@ impl ImportReport {
             dataset,
             nominal_fit: None,
             misfit: None,
+            log: None,
         }
     }
 }

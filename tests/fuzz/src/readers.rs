@@ -28,6 +28,7 @@ use calibench::robot::built_in;
 use calibench::robot::robot_file::load_robot;
 use calibench::robot::urdf::{ChainEnds, UrdfRobot, calibrated_urdf, robot_from_urdf};
 use calibench_lab::study::RowsReader;
+use calibench_logs::{StillOptions, read_logs, still_poses};
 use calibench_programs::{Permissions, Program, read_program, rewrite_programs};
 use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
@@ -59,6 +60,7 @@ pub const READERS: &[Reader] = &[
     Reader { name: "cell_toml", feed: cell_toml },
     Reader { name: "targets_csv", feed: targets_csv },
     Reader { name: "program", feed: program },
+    Reader { name: "recording", feed: recording },
     Reader { name: "gauge_line", feed: gauge_line },
     Reader { name: "gauge_word", feed: gauge_word },
     Reader { name: "gauge_command", feed: gauge_command },
@@ -174,6 +176,16 @@ fn foreign_table(bytes: &[u8]) {
     let Some((format, table)) = bytes.split_first() else { return };
     let format = ["ur10-ipa", "ur5-jacobi", "mukca"][usize::from(*format) % 3];
     black_box(import(format, &[file("foreign.csv", table)], &ImportOptions::default()).is_ok());
+}
+
+/// The first byte says as what the rest is read.
+fn recording(bytes: &[u8]) {
+    let Some((form, content)) = bytes.split_first() else { return };
+    let name = ["one.mcap", "one.csv", "one.db3"][usize::from(*form) % 3];
+    let robot = built_in("ur5").expect("built in");
+    if let Ok(log) = read_logs(&[file(name, content)], &robot, &[]) {
+        black_box(still_poses(&log, &robot, &StillOptions::default()).is_ok());
+    }
 }
 
 fn iterations_csv(bytes: &[u8]) {

@@ -8,7 +8,7 @@ use calibench::import::{ImportOptions, state_noise};
 use calibench::measure::dataset::SampleSet;
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
 use calibench_logs::Excluded;
-use serde_json::{Value, json};
+use calibench_report::documents;
 
 use super::{Arguments, holdout};
 use crate::arguments::data_gate::gate;
@@ -48,6 +48,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(noise) = arguments.noise {
         state_noise(&mut dataset, noise);
     }
+    // Also before a refusal: what was understood may be what is wrong.
+    if !arguments.json {
+        said.iter().try_for_each(print)?;
+    }
     let datasets = [(String::new(), dataset)];
     let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
     drop(waiting);
@@ -61,14 +65,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
     let all = dataset.samples.len();
     if arguments.json {
-        print_json(
-            &json!({"format": "calibench-import-log/1", "dataset": folder, "rests": rows, "samples": all, "validation": kept,
-            "shift_s": shift_s, "understood": said, "excluded": excluded.iter().map(document).collect::<Vec<_>>(),
-            "nominal_rms_mm": guess.residual / calibench::units::MM, "misfit": gate.misfit}),
-        )?;
+        let document = documents::ImportReport::new(&report, folder.display().to_string());
+        let log = documents::ImportedLog {
+            rests: rows,
+            shift_s,
+            understood: said,
+            excluded: excluded.iter().map(document_of).collect(),
+        };
+        let nominal_fit = gate.fits.first().map(|fit| documents::NominalFit::of(&fit.nominal));
+        let counted = documents::ImportReport {
+            samples: all,
+            validation: kept,
+            nominal_fit,
+            misfit: gate.misfit,
+            log: Some(log),
+            ..document
+        };
+        print_json(&counted)?;
         return Ok(Outcome::Done);
     }
-    said.iter().try_for_each(print)?;
     excluded.iter().for_each(|e| print_detail(format!("  {:.2} to {:.2} s: {}", e.from_s, e.to_s, e.why)));
     guess.reasons.iter().for_each(print_detail);
     print_detail(report.to_string());
@@ -78,8 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn document(excluded: &Excluded) -> Value {
-    json!({"from_s": excluded.from_s, "to_s": excluded.to_s, "why": excluded.why})
+fn document_of(excluded: &Excluded) -> documents::ExcludedRest {
+    documents::ExcludedRest { from_s: excluded.from_s, to_s: excluded.to_s, why: excluded.why.to_owned() }
 }
 
 fn next(folder: &Path) -> String {
