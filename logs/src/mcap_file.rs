@@ -46,6 +46,12 @@ pub(crate) fn take(log: &mut Log, topic: &str, decoder: &Decoder, bytes: &[u8], 
     Ok(())
 }
 
+/// What is said of messages that cannot be read.
+pub(crate) fn not_read(path: &Path, topic: &str, count: usize) -> String {
+    let what = if count == 1 { "message cannot be read and is not used" } else { "messages cannot be read and are not used" };
+    format!("{}: {topic}: {count} {what}", path.display())
+}
+
 /// A topic of the file.
 struct Topic {
     name: String,
@@ -159,10 +165,7 @@ impl Reader<'_> {
         let Reader { path, topics, mut log, .. } = self;
         let mut broken: Vec<&Topic> = topics.values().filter(|topic| topic.broken > 0).collect();
         broken.sort_by(|a, b| a.name.cmp(&b.name));
-        let remarks = broken.iter().map(|topic| {
-            format!("{}: {}: {} messages cannot be read and are not used", path.display(), topic.name, topic.broken)
-        });
-        log.remarks.extend(remarks);
+        log.remarks.extend(broken.iter().map(|topic| not_read(path, &topic.name, topic.broken)));
         log.other.sort();
         log.other.dedup();
         log

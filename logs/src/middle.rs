@@ -1,7 +1,7 @@
 //! The middle of what was read while the arm stood, and how it scatters.
 
 use crate::log::Track;
-use crate::table::Row;
+use crate::windows::Still;
 
 /// Readings of an interval that scatter by more than this multiple of the median interval were taken while something moved.
 const UNSTEADY: f64 = 8.0;
@@ -19,6 +19,13 @@ pub(crate) struct Middle {
     /// One-sigma of a reading of each number; zero if it cannot be known.
     pub scatter: Vec<f64>,
     pub readings: usize,
+}
+
+/// A rest, and the middle of what each track states then.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    pub still: Still,
+    pub middles: Vec<Option<Middle>>,
 }
 
 /// The middle of what a track states in an interval; `None` if it states nothing, or not all of a place.

@@ -10,7 +10,7 @@ use rusqlite::{Connection, OpenFlags};
 
 use crate::decoder::Decoder;
 use crate::log::Log;
-use crate::mcap_file::{self, NANOSECOND, take, unzstd};
+use crate::mcap_file::{self, NANOSECOND, not_read, take, unzstd};
 
 /// First bytes of what is packed by Zstandard.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
@@ -103,11 +103,8 @@ fn read_sqlite(named: &Path, path: &Path) -> Result<Log, FileError> {
         };
         *broken += usize::from(taken.is_err());
     }
-    let mut broken: Vec<String> = topics
-        .values()
-        .filter(|(.., broken)| *broken > 0)
-        .map(|(topic, _, broken)| format!("{}: {topic}: {broken} messages cannot be read and are not used", named.display()))
-        .collect();
+    let mut broken: Vec<String> =
+        topics.values().filter(|(.., broken)| *broken > 0).map(|(topic, _, broken)| not_read(named, topic, *broken)).collect();
     broken.sort();
     log.remarks.extend(broken);
     Ok(log)

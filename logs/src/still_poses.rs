@@ -8,8 +8,8 @@ use crate::error::LogError;
 use crate::geometry::misfit;
 use crate::joints::{JointChoice, Joints, joints_of, named};
 use crate::log::{JointTrack, Log, Track};
-use crate::middle::{Middle, middle, unsteady};
-use crate::table::{Arm, Fields, READINGS, Row, SCATTER, SIGMA, TIME, fields, mean_posture};
+use crate::middle::{Middle, Row, middle, unsteady};
+use crate::table::{Arm, Fields, READINGS, SCATTER, SIGMA, TIME, fields, mean_posture};
 use crate::windows::{Intervals, Rest, Still, intervals};
 
 /// A track that is off by less than this share of how far it spreads follows the arm: the nominal arm is a hundredth off, and at a wrong

@@ -6,7 +6,7 @@ use calibench::robot::{JointKind, Robot};
 use calibench::units::UM;
 
 use crate::log::{JointTrack, Track};
-use crate::middle::{FEWEST_READINGS, Middle};
+use crate::middle::{FEWEST_READINGS, Row};
 use crate::windows::Still;
 
 /// A motion is one if it is longer than this multiple of the tolerance at rest.
@@ -23,13 +23,6 @@ pub(crate) const SCATTER: &str = "scatter_um";
 pub(crate) const SIGMA: &str = "sigma_um";
 /// See [`TIME`].
 pub(crate) const APPROACH: &str = "approach";
-
-/// A rest, and the middle of what each track states then.
-#[derive(Debug, Clone)]
-pub(crate) struct Row {
-    pub still: Still,
-    pub middles: Vec<Option<Middle>>,
-}
 
 fn mean_of(joints: &JointTrack, still: &Still, j: usize) -> f64 {
     let width = joints.joints.len();

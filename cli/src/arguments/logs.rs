@@ -112,7 +112,7 @@ pub fn still_table(
     let understood = stills.said.last().cloned().unwrap_or_default();
     let of_log = |error: ImportError| match error {
         ImportError::File(error) if error.path == table => {
-            let problem = format!("{understood}; as a table, these {}", error.problem.replace("has too few", "are too few"));
+            let problem = format!("{understood}; the table of these rests {}", error.problem);
             let remedy = "check that it is this robot (--joints), what was measured (--measured), in rad and m, and the clocks (--shift)";
             ImportError::File(FileError { path: files[0].clone(), line: None, problem, remedy: remedy.into(), ..error })
         }
