@@ -16,6 +16,7 @@ pub mod conditions;
 mod fake_file;
 pub mod flange;
 pub mod krl;
+pub mod mjcf;
 mod nominal_inverse;
 mod own_bodies;
 mod refusal;

@@ -12,22 +12,10 @@ use crate::units::MM;
 
 /// The text of the URDF: links `world`, `base_link`, `link_1` ... `link_N`, `flange` (the manufacturer's) and `tcp`.
 pub fn urdf(rigid: &RigidRobot) -> String {
-    let RigidRobot { robot, base, tool, effects, left_out } = rigid;
+    let RigidRobot { robot, base, tool, .. } = rigid;
     let mut text = String::from("<?xml version=\"1.0\"?>\n<!--\n");
     let name = plain(&robot.name);
-    _ = writeln!(text, "  {}", comment(&robot.source));
-    if effects.is_empty() {
-        _ = writeln!(text, "  The calibration holds nothing that a chain of links does not.");
-    } else {
-        _ = writeln!(
-            text,
-            "  NOT IN THIS FILE, since a chain of links cannot hold it: {}.\n  Over {} postures in the joint limits that moves the TCP by {:.3} mm in the mean, {:.3} mm at most.",
-            comment(&effects.join(", ")),
-            left_out.postures,
-            left_out.mean / MM,
-            left_out.max / MM
-        );
-    }
+    text += &head(rigid);
     text.push_str("  Effort and velocity are not known here and written as 0; no inertia is given.\n-->\n");
     _ = writeln!(text, "<robot name=\"{name}\">");
     text.push_str("  <link name=\"world\"/>\n  <link name=\"base_link\"/>\n");
@@ -54,6 +42,25 @@ pub fn urdf(rigid: &RigidRobot) -> String {
     text
 }
 
+/// What a chain of links is of, and what of the calibration it does not hold, as lines of a comment.
+pub(super) fn head(rigid: &RigidRobot) -> String {
+    let RigidRobot { robot, effects, left_out, .. } = rigid;
+    let mut text = format!("  {}\n", comment(&robot.source));
+    if effects.is_empty() {
+        _ = writeln!(text, "  The calibration holds nothing that a chain of links does not.");
+    } else {
+        _ = writeln!(
+            text,
+            "  NOT IN THIS FILE, since a chain of links cannot hold it: {}.\n  Over {} postures in the joint limits that moves the TCP by {:.3} mm in the mean, {:.3} mm at most.",
+            comment(&effects.join(", ")),
+            left_out.postures,
+            left_out.mean / MM,
+            left_out.max / MM
+        );
+    }
+    text
+}
+
 fn fixed(text: &mut String, name: &str, parent: &str, child: &str, pose: &Pose) {
     _ = writeln!(text, "  <joint name=\"{name}\" type=\"fixed\">");
     _ = writeln!(text, "    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>");
@@ -68,7 +75,7 @@ fn origin(text: &mut String, pose: &Pose) {
 }
 
 /// The name with all characters except letters, digits and `_` replaced.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use calibench::compensate::flange::flange_frame;
 use calibench::compensate::krl::{KrlProgram, Motion};
+use calibench::compensate::mjcf::mjcf;
 use calibench::compensate::rigid::RigidRobot;
 use calibench::compensate::targets_file::{Expected, fake_csv, read_targets};
 use calibench::compensate::urdf::urdf;
@@ -38,9 +39,10 @@ use telling::{MOST_TOLD, stretches, tell_setting};
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let programs = programs::Programs::of(arguments)?;
     let table = arguments.out.iter().filter(|_| programs.is_none());
-    check_outputs(table.chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
-    if arguments.targets.is_empty() && arguments.urdf.is_none() && arguments.mdh.is_none() {
-        return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
+    check_outputs(table.chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.mjcf).chain(&arguments.ur_kinematics))?;
+    let as_links = [&arguments.urdf, &arguments.mdh, &arguments.mjcf].into_iter().any(Option::is_some);
+    if arguments.targets.is_empty() && !as_links {
+        return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE, --mjcf FILE or --mdh FILE".into());
     }
     let calibration = converged(&arguments.calibration)?;
     let task = Task {
@@ -71,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             tell(&compensator, &targets, &results)?;
         }
     }
-    if arguments.urdf.is_some() || arguments.mdh.is_some() {
+    if as_links {
         document.rigid = write_rigid(arguments, &calibration.robot, &compensator.rigid())?;
     }
     if arguments.json {
@@ -174,6 +176,9 @@ fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Re
         };
         write_whole(path, text.as_bytes())?;
     }
+    if let Some(path) = &arguments.mjcf {
+        write_whole(path, mjcf(rigid).as_bytes())?;
+    }
     if let Some(path) = &arguments.mdh {
         write_whole(path, to_toml(&rigid.robot).as_bytes())?;
     }
@@ -183,10 +188,10 @@ fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Re
         return Ok(Some(RigidPart { left_out_effects: effects, left_out_mean_mm: mean, left_out_max_mm: max }));
     }
     if rigid.effects.is_empty() {
-        print("The calibration consists of links alone: URDF and robot file hold all of it.")?;
+        print("The calibration consists of links alone: a URDF, a model of MuJoCo or a robot file holds all of it.")?;
     } else {
         print(format!(
-            "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
+            "A URDF, a model of MuJoCo or a robot file holds the links alone; what it cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
             rigid.effects.join(", ")
         ))?;
     }

@@ -63,6 +63,9 @@ pub struct Arguments {
     /// Write the origins of the joints of `--urdf-of` as the kinematics file of the ROS package ur_description (YAML)
     #[arg(long, value_name = "FILE", requires = "urdf_of", value_parser = output())]
     pub ur_kinematics: Option<PathBuf>,
+    /// Write the rigid part of the identified robot as a model of MuJoCo
+    #[arg(long, value_name = "FILE", value_parser = output())]
+    pub mjcf: Option<PathBuf>,
     /// Write the rigid part of the identified robot as a robot file, for use by a dataset
     #[arg(long, value_name = "FILE", value_parser = output())]
     pub mdh: Option<PathBuf>,

@@ -1,6 +1,7 @@
 //! The promises of this package, one file each.
 #![allow(clippy::unwrap_used)] // a test fails by panicking
 
+mod an_exported_arm_is_the_same_in_mujoco;
 #[path = "../../../../tests/it/golden.rs"]
 mod golden;
 mod mujoco_agrees_with_the_closed_forms;
