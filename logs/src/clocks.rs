@@ -14,8 +14,11 @@ const MOST_STEPS: usize = 40_000;
 const COMMON: f64 = 0.5;
 /// Times at least as large as those of 1990 count from 1970, s.
 const SINCE_1970: f64 = 6.3e8;
-/// Speeds above this quantile of those of a motion count as it: wrong readings jump farther than any arm moves.
-const FASTEST: f64 = 0.9;
+/// Speeds above that quantile of all which half of the time of the arm's motion leaves are one speed: wrong readings jump farther
+/// than any arm moves.
+const FASTEST: f64 = 0.5;
+/// The arm moves if its speed is more than this share of its fastest.
+const MOVES: f64 = 0.05;
 /// Smallest correlation at which two clocks are matched.
 const ALIKE: f64 = 0.4;
 /// Another shift with more than this share of the best correlation leaves it open which is right.
@@ -108,11 +111,12 @@ pub(crate) fn shifts(joints: Moving<'_>, track: Moving<'_>) -> Vec<Shift> {
     if !shows_motion(joints, track) {
         return Vec::new();
     }
-    let (Some(([from, to], length)), Some(([seen_from, seen_to], seen))) = (ends(joints.times), ends(track.times)) else {
+    let (Some(([from, to], length)), Some(([seen_from, seen_to], long))) = (ends(joints.times), ends(track.times)) else {
         return Vec::new();
     };
-    let step = COARSE.max((length.max(seen)) / MOST_STEPS as f64);
-    let lags = matched(&activity(joints, from, to, step), &activity(track, seen_from, seen_to, step), step);
+    let step = COARSE.max((length.max(long)) / MOST_STEPS as f64);
+    let of_joints = activity(joints, from, to, step);
+    let lags = matched(&of_joints, &seen(track, seen_from, seen_to, step, moving(&of_joints)), step);
     let near = lags.into_iter().filter_map(|lag| refined(joints, track, from - seen_from + lag as f64 * step, 2.0 * step));
     let mut found: Vec<Shift> = near.filter(|shift| shift.alike >= ALIKE).collect();
     found.sort_by(|a, b| b.alike.total_cmp(&a.alike));
@@ -128,7 +132,7 @@ fn refined(joints: Moving<'_>, track: Moving<'_>, about: f64, around: f64) -> Op
     let of_joints = activity(joints, begin, end, FINE);
     let steps = (around / FINE).ceil() as isize;
     let around = steps as f64 * FINE;
-    let of_track = activity(track, begin - about - around, end - about + around, FINE);
+    let of_track = seen(track, begin - about - around, end - about + around, FINE, moving(&of_joints));
     let score = |lag: isize| {
         let offset = (steps - lag) as usize;
         of_track.get(offset..offset + of_joints.len()).map_or(0.0, |seen| correlation(&of_joints, seen))
@@ -167,10 +171,23 @@ fn activity(of: Moving<'_>, from: f64, to: f64, step: f64) -> Vec<f64> {
             *speed += if moved.is_finite() { moved } else { 0.0 };
         }
     }
-    let mut moving: Vec<f64> = speed.iter().copied().filter(|v| *v > 0.0).collect();
-    moving.sort_unstable_by(f64::total_cmp);
-    let fastest = moving.get((FASTEST * moving.len() as f64) as usize).copied().unwrap_or(f64::INFINITY);
-    speed.iter().map(|v| v.min(fastest).sqrt()).collect()
+    speed.iter().map(|v| v.sqrt()).collect()
+}
+
+/// The same of an instrument, which sees the arm move for as long as it moves.
+fn seen(of: Moving<'_>, from: f64, to: f64, step: f64, moving: f64) -> Vec<f64> {
+    let speed = activity(of, from, to, step);
+    let mut sorted = speed.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let fastest = sorted.get(((1.0 - FASTEST * moving) * sorted.len() as f64) as usize).copied().unwrap_or(f64::INFINITY);
+    speed.iter().map(|v| v.min(fastest)).collect()
+}
+
+/// The share of the time in which an arm of this activity moves.
+fn moving(activity: &[f64]) -> f64 {
+    let fastest = activity.iter().copied().fold(0.0, f64::max);
+    let moves = activity.iter().filter(|v| v.powi(2) > MOVES * fastest.powi(2)).count();
+    moves as f64 / activity.len().max(1) as f64
 }
 
 /// A column at equal steps, each reading the middle one of five; not a number where nothing was read for long.

@@ -84,6 +84,19 @@ impl JointTrack {
 }
 
 impl Track {
+    /// Leaves out an orientation that never changes: a marker without one is written so.
+    pub(crate) fn without_constant_orientation(&mut self) {
+        let width = self.titles.len();
+        let Some(at) = self.titles.iter().position(|title| title == "qx") else { return };
+        let of = |row: &[f64]| row[at..].to_vec();
+        let mut rows = self.values.chunks_exact(width);
+        let first = rows.next().map(of);
+        if rows.all(|row| Some(of(row)) == first) {
+            self.values = self.values.chunks_exact(width).flat_map(|row| row[..at].to_vec()).collect();
+            self.titles.truncate(at);
+        }
+    }
+
     /// Adds a row.
     pub(crate) fn push(&mut self, stated: f64, recorded: f64, values: &[f64]) {
         self.times.push(stated, recorded);

@@ -2,14 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use calibench::files::{FileError, cannot_be_read};
-use mcap::read::ChunkReader;
-use mcap::records::{ChunkHeader, Record};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{MAGIC, McapError, parse_record};
+use mcap::records::{ChunkHeader, Record, op};
+use mcap::{MAGIC, parse_record};
 
 use crate::decoder::{Content, Decoder};
 use crate::joints::WRITTEN;
@@ -67,41 +65,41 @@ struct Reader<'a> {
     log: Log,
 }
 
+/// Bytes before the content of a record: its kind and its length.
+const FRAME: usize = 9;
+
 /// Reads the topics of joints and places of an MCAP file.
 pub(crate) fn read(path: &Path, mut file: impl Read + Seek) -> Result<Log, FileError> {
-    let options = LinearReaderOptions::default()
-        .with_emit_chunks(true)
-        .with_skip_end_magic(true)
-        .with_record_length_limit(LARGEST_RECORD);
-    let mut records = LinearReader::new_with_options(options);
-    let mut reader = Reader { path, schemas: HashMap::new(), topics: HashMap::new(), log: Log::default() };
-    let broken = |problem: String| FileError::whole(path, problem, "record it again, or repair it with `mcap recover`");
+    let unreadable = |e| cannot_be_read(path, e);
     let mut magic = [0; MAGIC.len()];
     if file.read_exact(&mut magic).is_err() || magic != *MAGIC {
         return Err(FileError::whole(path, "is no MCAP file", "give a recording that begins as one"));
     }
-    let length =
-        file.seek(SeekFrom::End(0)).and_then(|end| file.rewind().map(|()| end)).map_err(|e| cannot_be_read(path, e))?;
-    let mut at = 0;
-    let mut cut = false;
-    while let Some(event) = records.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(need)) => {
-                // A length that lies is no reason to ask for memory that the file cannot fill.
-                let rest = usize::try_from(length - at).unwrap_or(usize::MAX);
-                let count = file.read(records.insert(need.min(rest.max(1)))).map_err(|e| cannot_be_read(path, e))?;
-                at += count as u64;
-                records.notify_read(count);
-            }
-            Ok(LinearReadEvent::Record { data, opcode }) => {
-                let record = parse_record(opcode, data).map_err(|e| broken(format!("holds a broken record: {e}")))?;
-                reader.record(record)?;
-            }
-            Err(McapError::UnexpectedEof) if at == length && length > 0 => {
-                cut = true;
-                break;
-            }
-            Err(error) => return Err(broken(format!("cannot be read on: {error}"))),
+    let length = file.seek(SeekFrom::End(0)).map_err(unreadable)?;
+    let mut at = file.seek(SeekFrom::Start(MAGIC.len() as u64)).map_err(unreadable)?;
+    let mut input = BufReader::new(file);
+    let mut reader = Reader { path, schemas: HashMap::new(), topics: HashMap::new(), log: Log::default() };
+    let mut cut = true;
+    while at + FRAME as u64 <= length {
+        let mut frame = [0; FRAME];
+        input.read_exact(&mut frame).map_err(unreadable)?;
+        let (kind, size) = framed(&frame);
+        at += FRAME as u64;
+        if kind == op::FOOTER {
+            cut = false;
+            break;
+        }
+        // A length that lies is no reason to ask for memory that the file cannot fill.
+        if size > length - at {
+            break;
+        }
+        at += size;
+        if READ.contains(&kind) && size <= LARGEST_RECORD as u64 {
+            let mut content = vec![0; usize::try_from(size).unwrap_or_default()];
+            input.read_exact(&mut content).map_err(unreadable)?;
+            reader.record(parsed(path, kind, &content)?)?;
+        } else {
+            input.seek_relative(i64::try_from(size).unwrap_or(i64::MAX)).map_err(unreadable)?;
         }
     }
     let mut log = reader.finish();
@@ -109,6 +107,24 @@ pub(crate) fn read(path: &Path, mut file: impl Read + Seek) -> Result<Log, FileE
         log.remarks.push(format!("{}: the recording was cut off; what is before is used", path.display()));
     }
     Ok(log)
+}
+
+/// Kinds of records that are read: the others are indices and attachments.
+const READ: [u8; 4] = [op::SCHEMA, op::CHANNEL, op::MESSAGE, op::CHUNK];
+
+/// Kind and length of a record.
+fn framed(frame: &[u8; FRAME]) -> (u8, u64) {
+    let [kind, length @ ..] = *frame;
+    (kind, u64::from_le_bytes(length))
+}
+
+/// A record of these bytes.
+fn parsed<'a>(path: &Path, kind: u8, content: &'a [u8]) -> Result<Record<'a>, FileError> {
+    parse_record(kind, content).map_err(|e| broken(path, &format!("record: {e}")))
+}
+
+fn broken(path: &Path, what: &str) -> FileError {
+    FileError::whole(path, format!("holds a broken {what}"), "record it again, or repair it with `mcap recover`")
 }
 
 impl Reader<'_> {
@@ -138,25 +154,26 @@ impl Reader<'_> {
                     topic.broken += 1;
                 }
             }
-            Record::Chunk { header, data } => self.chunk(header, &data)?,
+            Record::Chunk { header, data } => self.chunk(&header, &data)?,
             _ => {}
         }
         Ok(())
     }
 
-    fn chunk(&mut self, header: ChunkHeader, data: &[u8]) -> Result<(), FileError> {
-        let broken =
-            |problem: String| FileError::whole(self.path, problem, "record it again, or repair it with `mcap recover`");
-        let plain = unpacked(self.path, &header, data)?;
-        let size = plain.len() as u64;
-        let header = ChunkHeader { compression: String::new(), uncompressed_size: size, compressed_size: size, ..header };
-        let records = ChunkReader::new(header, &plain).map_err(|e| broken(format!("holds a broken chunk: {e}")))?;
-        for record in records {
-            let record = record.map_err(|e| broken(format!("holds a broken chunk: {e}")))?;
+    fn chunk(&mut self, header: &ChunkHeader, data: &[u8]) -> Result<(), FileError> {
+        let plain = unpacked(self.path, header, data)?;
+        let mut rest: &[u8] = &plain;
+        while let Some((frame, content)) = rest.split_first_chunk() {
+            let (kind, size) = framed(frame);
+            let size = usize::try_from(size).unwrap_or(usize::MAX);
+            let Some((content, next)) = content.split_at_checked(size) else {
+                return Err(broken(self.path, "chunk: a record is longer than the chunk"));
+            };
             // No chunk holds another.
-            if !matches!(record, Record::Chunk { .. }) {
-                self.record(record)?;
+            if READ.contains(&kind) && kind != op::CHUNK {
+                self.record(parsed(self.path, kind, content)?)?;
             }
+            rest = next;
         }
         Ok(())
     }
@@ -190,10 +207,7 @@ fn unpacked<'a>(path: &Path, header: &ChunkHeader, data: &'a [u8]) -> Result<Cow
     };
     match read {
         Ok(_) => Ok(Cow::Owned(plain)),
-        Err(reason) => {
-            let problem = format!("holds a chunk that cannot be unpacked: {reason}");
-            Err(FileError::whole(path, problem, "record it again, or repair it with `mcap recover`"))
-        }
+        Err(reason) => Err(broken(path, &format!("chunk: {reason}"))),
     }
 }
 

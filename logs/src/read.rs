@@ -8,7 +8,7 @@ use calibench::files::{FileError, cannot_be_read};
 use calibench::robot::Robot;
 
 use crate::error::LogError;
-use crate::log::Log;
+use crate::log::{Log, Track};
 use crate::ros_bag::{files_of_bag, is_recording};
 use crate::{mcap_file, ros_bag, table_over_time};
 
@@ -40,6 +40,7 @@ pub fn read_logs(paths: &[PathBuf], robot: &Robot, joint_names: &[String]) -> Re
             log.append(Log { files: vec![file], ..part });
         }
     }
+    log.tracks.iter_mut().for_each(Track::without_constant_orientation);
     Ok(log)
 }
 

@@ -3,7 +3,7 @@
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot};
 
-use crate::clocks::{Clock, Moving, RIVAL, delay, shifts, shows_motion};
+use crate::clocks::{Clock, DELAY, Moving, RIVAL, delay, shifts, shows_motion};
 use crate::error::LogError;
 use crate::geometry::misfit;
 use crate::joints::{JointChoice, Joints, joints_of, named};
@@ -15,6 +15,11 @@ use crate::windows::{Intervals, Rest, Still, intervals};
 /// A track that is off by less than this share of how far it spreads follows the arm: the nominal arm is a hundredth off, and at a wrong
 /// shift it is half.
 const FOLLOWS: f64 = 0.15;
+
+/// A rest whose first quarter is longer than any delay, s.
+const LONG: f64 = 4.5 * DELAY;
+/// Fewest times at which something was measured.
+const FEWEST_TIMES: usize = 4;
 
 /// Frames that descriptions of arms have, beside those that end in `_link`.
 const OWN: [&str; 8] = ["base", "base_link_inertia", "flange", "tool0", "tool0_controller", "ft_frame", "hand_tcp", "world"];
@@ -113,7 +118,13 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
             let follows = |seconds: f64| rests.misfit(tracks[0], of_track, seconds).is_none_or(|off| off < FOLLOWS);
             // Two clocks that begin at zero have times in common, and nothing else.
             let matched = if known.is_some_and(follows) { None } else { rests.shift_of(tracks[0], of_arm, of_track) };
+            // Of one recording the clock is one; in long rests the middle half of the readings knows of no delay.
+            let one = clock != Clock::None && known.is_none() && rests.are_long() && follows(0.0);
             match (known, matched) {
+                _ if one => {
+                    said.push(format!("{} moves too seldom to show its delay: none is supposed", tracks[0].name));
+                    0.0
+                }
                 (_, Some(seconds)) => {
                     said.push(format!(
                         "clocks matched by the motions: {seconds:.2} s are added to the times of {}",
@@ -131,7 +142,7 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
                 }
                 (None, None) => {
                     let problem = format!(
-                        "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times",
+                        "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times; or it does not move with the arm",
                         tracks[0].name, joints.name
                     );
                     return Err(refuse(
@@ -211,6 +222,12 @@ struct Rests<'a> {
 }
 
 impl Rests<'_> {
+    /// True if a delay is less than the quarter of a rest that is not averaged, in most rests.
+    fn are_long(&self) -> bool {
+        let long = self.still.iter().filter(|still| still.end - still.begin >= LONG).count();
+        2 * long >= self.still.len()
+    }
+
     /// How far a track is off, at a shift, from a point of the tool; `None` of too few rests.
     fn misfit(&self, track: &Track, seen: Moving<'_>, shift: f64) -> Option<f64> {
         let (mut postures, mut rows) = (Vec::new(), Vec::new());
@@ -272,7 +289,9 @@ fn measured<'a>(log: &'a Log, joints: &JointTrack, options: &StillOptions) -> Re
         };
         return options.measured.iter().map(find).collect();
     }
-    let mut seen: Vec<&Track> = all.iter().copied().filter(|track| !is_own(track)).collect();
+    // What was stated once or twice, such as where a camera is mounted, was not measured all the while.
+    let is_seen = |track: &Track| track.times.len() >= FEWEST_TIMES;
+    let mut seen: Vec<&Track> = all.iter().copied().filter(|track| !is_own(track) && is_seen(track)).collect();
     // Beside a file of measurements, the other columns of the table of joints are the controller's.
     if seen.len() > 1 {
         seen.retain(|track| track.name != joints.name);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use calibench::compensate::urdf::urdf;
 use calibench::compensate::{Compensator, Task};
 use calibench::files::FileError;
-use calibench::files::disk::{check_output_folder, replace_folder, write_whole};
+use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::files::streams::is_standard_input;
 use calibench::identify::Model;
 use calibench::identify::calibration::{Calibration, IdentifyError, write_calibration};
@@ -18,7 +18,7 @@ use calibench::import::{Guess, Holdout, HoldoutChoice, ImportOptions, guess, sta
 use calibench::judgement::Judgement;
 use calibench::measure::campaign::journal::refuse_measured;
 use calibench::measure::dataset::Dataset;
-use calibench::measure::dataset::file::{DATASET_TOML, read_dataset, write_dataset};
+use calibench::measure::dataset::file::{read_dataset, write_dataset, write_dataset_with};
 use calibench::measure::dataset::{NamedDataset, SampleSet};
 use calibench::prediction::WorkspacePoses;
 use calibench::robot::BUILT_IN;
@@ -39,12 +39,13 @@ use crate::terminal::output::{print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
 use crate::terminal::streams::input;
 
-/// Files of a calibrated folder; the first tells what it is.
-const FILES: &[&str] =
-    &[JUDGEMENT, DATASET_TOML, "samples.csv", "robot.toml", CALIBRATION, MODEL, URDF, super::report::FILE, MAP, STILLS];
+/// Files of a calibrated folder beside those of a dataset.
+const FILES: &[&str] = &[JUDGEMENT, "robot.toml", CALIBRATION, CALIBRATED_ROBOT, MODEL, URDF, super::report::FILE, MAP, STILLS];
 /// The judgement as a document.
 const JUDGEMENT: &str = "judgement.json";
 const CALIBRATION: &str = "calibration.toml";
+/// Beside it, a robot that is not built in.
+const CALIBRATED_ROBOT: &str = "calibration.robot.toml";
 const URDF: &str = "calibrated.urdf";
 /// The column map by which the tables were read.
 const MAP: &str = "map.toml";
@@ -164,8 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Err(why) = &urdf {
         waiting.warn(&format!("warning: no {URDF} is written: {why}"));
     }
-    replace_folder(folder, "calibration", FILES, |inside| {
-        write_dataset(&dataset, inside)?;
+    write_dataset_with(&dataset, folder, FILES, |inside| {
         write_calibration(&calibration, &inside.join(CALIBRATION))?;
         write_model(&chosen.model, &inside.join(MODEL))?;
         if let Some(guess) = &map {

@@ -8,12 +8,11 @@ use toml::{Table, Value};
 
 use crate::arguments::choices::seed;
 use crate::arguments::scenario::read_document;
-use crate::tables::design::design_text;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Steps;
 use crate::terminal::streams::output;
-use calibench_lab::design::{Design, Judged, design, design_page};
+use calibench_lab::design::{Design, Judged, design, design_page, design_text};
 
 #[derive(clap::Args)]
 pub struct Arguments {

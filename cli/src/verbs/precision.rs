@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use crate::arguments::choices::seed;
 use crate::arguments::scenario::read_scenario;
-use crate::tables::precision::{precision_json, precision_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print_answer, print_json};
 use crate::terminal::progress::Trials;
 use calibench::files::with_reasons;
-use calibench_lab::precision::{PrecisionError, Setup, Source, budget, carry_out};
+use calibench_lab::precision::{PrecisionError, Setup, Source, budget, carry_out, precision_json, precision_text};
 use calibench_sim::random::Streams;
 use calibench_sim::scenario::MOST_REPETITIONS;
 use calibench_sim::scenario::Scenario;

@@ -8,12 +8,11 @@ use serde_json::json;
 
 use crate::arguments::choices::seed;
 use crate::arguments::scenario::read_scenario;
-use crate::tables::suite::{classes_text, suite_text};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Trials;
 use crate::terminal::streams::output;
-use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
+use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, classes_text, designs, suite_text, tally};
 use calibench_sim::scenario::Scenario;
 
 #[derive(clap::Args)]

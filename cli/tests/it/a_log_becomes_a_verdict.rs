@@ -81,6 +81,14 @@ fn a_recording_is_calibrated_by_one_command() {
     assert!(at.join("one/stills.csv").is_file() && at.join("one/map.toml").is_file());
     done(at, &["import", "generic", "one/stills.csv", "--map", "one/map.toml", "-o", "again"]);
     assert_eq!(rows(&at.join("again/samples.csv")).len(), 40);
+    // Again into the same folder, with a robot and a note of one's own.
+    for _ in 0..2 {
+        done(at, &["calibrate", recording, "--robot", "one/calibrated.urdf#base_link:flange", "-o", "own"]);
+        fs::write(at.join("own/note.txt"), "mine").unwrap();
+        done(at, &["import", "log", recording, "--robot", "ur5", "-o", "dataset"]);
+        fs::write(at.join("dataset/note.txt"), "mine").unwrap();
+    }
+    assert!(at.join("own/note.txt").is_file() && at.join("dataset/note.txt").is_file());
     // In two steps it is the same.
     done(at, &["import", "log", recording, "--robot", "ur5", "--noise", "15um", "-o", "dataset"]);
     done(at, &["calibrate", "dataset", "-o", "two"]);

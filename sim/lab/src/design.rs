@@ -12,6 +12,7 @@ mod page;
 mod place_information;
 mod search;
 mod survey;
+mod text;
 mod trials;
 mod watcher;
 
@@ -24,6 +25,7 @@ pub use judged::Judged;
 pub use page::design_page;
 pub use place_information::{PlaceInformation, Predicted, Sought, Workspace};
 pub use search::{Found, Ground, Site};
+pub use text::design_text;
 pub use trials::{Held, Trials, Verified, verify};
 pub use watcher::Watcher;
 

@@ -6,6 +6,7 @@ mod budget;
 mod procedure;
 mod setup;
 mod source;
+mod text;
 mod views;
 
 use calibench::cell::ManipulatorError;
@@ -17,6 +18,7 @@ pub use budget::{Budget, Contribution, Largest, RootMeanSquare, budget};
 pub use procedure::{PrecisionTest, Repetition, carry_out};
 pub use setup::{ArmSpec, Setup};
 pub use source::{Source, Sources};
+pub use text::{precision_json, precision_text};
 
 /// Largest distance between datum ball and master ball in the paper, um: "about 2 um" (section 4). It prints nothing else of
 /// that test.

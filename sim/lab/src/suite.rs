@@ -9,6 +9,7 @@ mod designs;
 mod hide;
 mod outcome;
 mod tally;
+mod text;
 mod trial;
 
 use calibench::diagnosis::library::Library;
@@ -23,6 +24,7 @@ pub use hide::HideError;
 pub use outcome::Outcome;
 pub(crate) use tally::quantile;
 pub use tally::{Share, Tally, tally};
+pub use text::{classes_text, suite_text};
 pub use trial::TrialError;
 
 use calibench_sim::planning::PlanError;

@@ -95,7 +95,7 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
 ///
 /// # Errors
 /// Those of [`write_dataset`] and of `fill`.
-pub(crate) fn write_dataset_with(
+pub fn write_dataset_with(
     dataset: &Dataset,
     folder: &Path,
     names: &[&str],

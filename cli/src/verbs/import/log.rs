@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use calibench::files::disk::{replace_folder, write_whole};
+use calibench::files::disk::write_whole;
 use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, state_noise};
 use calibench::measure::dataset::SampleSet;
-use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
+use calibench::measure::dataset::file::write_dataset_with;
 use calibench_logs::Excluded;
 use calibench_report::documents;
 
@@ -17,8 +17,6 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
 
-/// Files of the dataset; the first tells what it is.
-const FILES: &[&str] = &[DATASET_TOML, "samples.csv", "robot.toml", STILLS, MAP];
 /// The column map by which the still poses were read.
 const MAP: &str = "map.toml";
 
@@ -57,8 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(waiting);
     let [(_, dataset)] = datasets;
     let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
-    replace_folder(folder, "dataset", FILES, |inside| {
-        write_dataset(&dataset, inside)?;
+    write_dataset_with(&dataset, folder, &[STILLS, MAP], |inside| {
         write_whole(&inside.join(STILLS), text.as_bytes())?;
         write_whole(&inside.join(MAP), map.as_bytes())
     })?;
@@ -89,7 +86,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     print_detail(report.to_string());
     gate.tell()?;
     print_answer(format!("{all} samples, {kept} of them for validation; dataset in {}", folder.display()))?;
-    print_answer(next(folder))?;
+    // Beside the data of an earlier campaign it is for a check or for what a crash moved.
+    if arguments.set_up_of.is_none() {
+        print_answer(next(folder))?;
+    }
     Ok(Outcome::Done)
 }
 

@@ -5,8 +5,8 @@ use calibench_report::{Printout, Table, plain_table};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use calibench_lab::precision::{Budget, EXPECTED_UM, Largest, PAPER_LARGEST_UM, PrecisionTest, RootMeanSquare, Setup, Source};
-use calibench_lab::study::Share;
+use super::{Budget, EXPECTED_UM, Largest, PAPER_LARGEST_UM, PrecisionTest, RootMeanSquare, Setup, Source};
+use crate::study::Share;
 
 fn um(value: f64) -> String {
     format!("{:.2}", value / UM)
@@ -21,6 +21,7 @@ fn band([low, high]: [f64; 2]) -> String {
 }
 
 /// The procedure and its results: the deviations compared with the paper's, their spread, and the budget.
+/// The procedure, the deviations that were found, and those of the paper.
 pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &PrecisionTest, budget: &Budget) -> Printout {
     let title = format!(
         "Precision of the TriCal of scenario '{scenario}' on a simulated measuring machine, seed {seed}: the procedure of the paper's Table 3\n"
@@ -157,6 +158,7 @@ fn largest_json(l: &Largest) -> Value {
 }
 
 /// The same as one document, `calibench-precision/1`.
+/// The same as a document.
 pub fn precision_json(scenario: &str, seed: u64, setup: &Setup, test: &PrecisionTest, budget: &Budget) -> Value {
     let vector = |v: &Vector3<f64>| [v.x / UM, v.y / UM, v.z / UM];
     let along = [0, 1, 2].map(|k| test.largest_along(k) / UM);

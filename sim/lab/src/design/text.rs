@@ -2,9 +2,10 @@
 
 use calibench_report::{Printout, Table, plain_rows};
 
-use calibench_lab::design::{Design, Held, Judged, OnMap};
+use super::{Design, Held, Judged, OnMap};
 
 /// The recommended artifact: compared with others, on the map, and accuracy against size.
+/// The recommended artifact, those compared with it, and the map of places.
 pub fn design_text(design: &Design) -> Printout {
     let Design { name, question, seed, places: [places, reachable], workspace_poses, best, compared, map, front } = design;
     let mut out = Printout::from(format!(

@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use calibench_report::{Printout, plain_table};
 
-use calibench_lab::suite::{ClassRow, Share, Tally};
+use super::{ClassRow, Share, Tally};
 
 /// One line per class, the worst first; `by_ladder` tells whether the ladder's advice was followed.
+/// A row for each class of what was hidden.
 pub fn classes_text(classes: &[ClassRow], by_ladder: bool) -> Printout {
     let header = [
         "class",
@@ -58,6 +59,7 @@ fn mm(value: f64) -> String {
 }
 
 /// Rates, the power curve, and the confusion table.
+/// The shares of right answers over all trials.
 pub fn suite_text(t: &Tally) -> Printout {
     let mut rows = vec![
         row("nothing hidden, an effect claimed", t.false_alarms),
