@@ -82,8 +82,10 @@ fn a_recording_is_calibrated_by_one_command() {
     done(at, &["import", "generic", "one/stills.csv", "--map", "one/map.toml", "-o", "again"]);
     assert_eq!(rows(&at.join("again/samples.csv")).len(), 40);
     // Again into the same folder, with a robot and a note of one's own.
+    let joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
     for _ in 0..2 {
-        done(at, &["calibrate", recording, "--robot", "one/calibrated.urdf#base_link:flange", "-o", "own"]);
+        let robot = "one/calibrated.urdf#base_link:flange";
+        done(at, &["calibrate", recording, "--robot", robot, "--joints", &joints.join(","), "-o", "own"]);
         fs::write(at.join("own/note.txt"), "mine").unwrap();
         done(at, &["import", "log", recording, "--robot", "ur5", "-o", "dataset"]);
         fs::write(at.join("dataset/note.txt"), "mine").unwrap();
