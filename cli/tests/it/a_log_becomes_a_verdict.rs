@@ -82,10 +82,9 @@ fn a_recording_is_calibrated_by_one_command() {
     done(at, &["import", "generic", "one/stills.csv", "--map", "one/map.toml", "-o", "again"]);
     assert_eq!(rows(&at.join("again/samples.csv")).len(), 40);
     // Again into the same folder, with a robot and a note of one's own.
-    let joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
+    fs::write(at.join("own.toml"), done(at, &["robots", "show", "ur5"])).unwrap();
     for _ in 0..2 {
-        let robot = "one/calibrated.urdf#base_link:flange";
-        done(at, &["calibrate", recording, "--robot", robot, "--joints", &joints.join(","), "-o", "own"]);
+        done(at, &["calibrate", recording, "--robot", "own.toml", "-o", "own"]);
         fs::write(at.join("own/note.txt"), "mine").unwrap();
         done(at, &["import", "log", recording, "--robot", "ur5", "-o", "dataset"]);
         fs::write(at.join("dataset/note.txt"), "mine").unwrap();
