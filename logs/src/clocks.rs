@@ -1,6 +1,7 @@
 //! By how much the clock of an instrument differs from that of the joints: both see when the arm moves.
 
 use crate::log::Times;
+use crate::series::Series;
 
 /// Largest difference of two clocks that are said to be one: delays of a camera or of a network, s.
 pub(crate) const DELAY: f64 = 1.0;
@@ -40,15 +41,6 @@ pub(crate) struct Shift {
     pub seconds: f64,
     /// Correlation of the motions.
     pub alike: f64,
-}
-
-/// Rows of numbers over time.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Moving<'a> {
-    pub times: &'a [f64],
-    pub values: &'a [f64],
-    /// Numbers a row.
-    pub width: usize,
 }
 
 /// Whose times two tracks have in common.
@@ -97,7 +89,7 @@ fn ends(times: &[f64]) -> Option<([f64; 2], f64)> {
 
 /// The delay of an instrument on the same clock: zero if its readings are too few to show when the arm moves, `None` if they show that
 /// it does not move with the arm.
-pub(crate) fn delay(joints: Moving<'_>, track: Moving<'_>) -> Option<f64> {
+pub(crate) fn delay(joints: &Series, track: &Series) -> Option<f64> {
     if !shows_motion(joints, track) {
         return Some(0.0);
     }
@@ -107,11 +99,11 @@ pub(crate) fn delay(joints: Moving<'_>, track: Moving<'_>) -> Option<f64> {
 }
 
 /// The shifts at which both move at the same times, where the clocks know nothing of each other, the likeliest first.
-pub(crate) fn shifts(joints: Moving<'_>, track: Moving<'_>) -> Vec<Shift> {
+pub(crate) fn shifts(joints: &Series, track: &Series) -> Vec<Shift> {
     if !shows_motion(joints, track) {
         return Vec::new();
     }
-    let (Some(([from, to], length)), Some(([seen_from, seen_to], long))) = (ends(joints.times), ends(track.times)) else {
+    let (Some(([from, to], length)), Some(([seen_from, seen_to], long))) = (ends(&joints.times), ends(&track.times)) else {
         return Vec::new();
     };
     let step = COARSE.max((length.max(long)) / MOST_STEPS as f64);
@@ -124,9 +116,9 @@ pub(crate) fn shifts(joints: Moving<'_>, track: Moving<'_>) -> Vec<Shift> {
 }
 
 /// The best shift within so many seconds of one.
-fn refined(joints: Moving<'_>, track: Moving<'_>, about: f64, around: f64) -> Option<Shift> {
-    let ([from, to], _) = ends(joints.times)?;
-    let ([seen_from, seen_to], _) = ends(track.times)?;
+fn refined(joints: &Series, track: &Series, about: f64, around: f64) -> Option<Shift> {
+    let ([from, to], _) = ends(&joints.times)?;
+    let ([seen_from, seen_to], _) = ends(&track.times)?;
     let begin = from.max(seen_from + about);
     let end = to.min(seen_to + about).min(begin + FINE * MOST_STEPS as f64);
     let of_joints = activity(joints, begin, end, FINE);
@@ -142,8 +134,8 @@ fn refined(joints: Moving<'_>, track: Moving<'_>, about: f64, around: f64) -> Op
 }
 
 /// True if both were read often enough to show when the arm moves.
-pub(crate) fn shows_motion(joints: Moving<'_>, track: Moving<'_>) -> bool {
-    is_dense(track.times) && is_dense(joints.times)
+pub(crate) fn shows_motion(joints: &Series, track: &Series) -> bool {
+    is_dense(&track.times) && is_dense(&joints.times)
 }
 
 fn is_dense(times: &[f64]) -> bool {
@@ -153,19 +145,15 @@ fn is_dense(times: &[f64]) -> bool {
 }
 
 /// The root of how fast the numbers change at each step, in their ranges: between how far and whether, so that a fast motion does
-/// not drown the others, and rests of one length are told apart by it.
-fn activity(of: Moving<'_>, from: f64, to: f64, step: f64) -> Vec<f64> {
+/// not drown the others, and rests of one length differ by it.
+fn activity(of: &Series, from: f64, to: f64, step: f64) -> Vec<f64> {
     let count = ((to - from) / step).ceil().max(0.0) as usize;
     let half = (MOTION / 2.0 / step).round().max(1.0) as usize;
     let mut speed = vec![0.0; count];
-    for c in 0..of.width {
-        let column: Vec<f64> = of.values.iter().skip(c).step_by(of.width).copied().collect();
-        let range = spread(column.iter());
-        if range <= 0.0 {
-            continue;
-        }
+    for (c, &range) in of.ranges.iter().enumerate().filter(|(_, range)| **range > 0.0) {
+        let column: Vec<f64> = of.values.iter().skip(c).step_by(of.ranges.len()).copied().collect();
         let begin = from - half as f64 * step;
-        let at = resampled(of.times, &column, begin, step, count + 2 * half);
+        let at = resampled(&of.times, &column, begin, step, count + 2 * half);
         for (k, speed) in speed.iter_mut().enumerate() {
             let moved = (at[k + 2 * half] - at[k]).abs() / range;
             *speed += if moved.is_finite() { moved } else { 0.0 };
@@ -175,7 +163,7 @@ fn activity(of: Moving<'_>, from: f64, to: f64, step: f64) -> Vec<f64> {
 }
 
 /// The same of an instrument, which sees the arm move for as long as it moves.
-fn seen(of: Moving<'_>, from: f64, to: f64, step: f64, moving: f64) -> Vec<f64> {
+fn seen(of: &Series, from: f64, to: f64, step: f64, moving: f64) -> Vec<f64> {
     let speed = activity(of, from, to, step);
     let mut sorted = speed.clone();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -215,12 +203,6 @@ fn resampled(times: &[f64], column: &[f64], from: f64, step: f64, count: usize) 
             middle(n) + share * (middle(n + 1) - middle(n))
         })
         .collect()
-}
-
-fn spread<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
-    let (low, high) =
-        values.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
-    if high > low { high - low } else { 0.0 }
 }
 
 /// The lags of `seen` against `joints`, in steps, at which both are alike, the likeliest first.

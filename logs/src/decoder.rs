@@ -1,13 +1,13 @@
 //! Joints, points and poses in the messages of a topic, found by the definition of their type: whatever package a message is from,
 //! what it states as a `geometry_msgs` point or pose is one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use byteorder::{BigEndian, LittleEndian};
 use re_cdr::CdrReader;
 use re_ros_msg::MessageSchema;
 use re_ros_msg::deserialize::primitive_array::PrimitiveArray;
-use re_ros_msg::deserialize::{MapResolver, TypeResolver, Value, decode_message};
+use re_ros_msg::deserialize::{TypeResolver, Value, decode_message};
 use re_ros_msg::message_spec::{ComplexType, MessageSpecification, Type, message_package};
 
 use crate::definitions::known;
@@ -43,6 +43,23 @@ pub(crate) enum Content {
 /// Decodes the messages of one type.
 pub(crate) struct Decoder {
     schema: MessageSchema,
+    /// Places of the parts among the dependencies, by package and name without `msg`, which a definition may write or leave out.
+    parts: HashMap<String, usize>,
+}
+
+/// The name of a type as `package/Type`.
+fn plain(name: &str) -> String {
+    name.replace("/msg/", "/")
+}
+
+impl TypeResolver for Decoder {
+    fn resolve(&self, scope: &MessageSpecification, part: &ComplexType) -> Option<&MessageSpecification> {
+        let name = match part {
+            ComplexType::Absolute { package, name } => format!("{package}/{name}"),
+            ComplexType::Relative { name } => format!("{}/{name}", message_package(&scope.name).unwrap_or_default()),
+        };
+        self.parts.get(&plain(&name)).map(|&k| &self.schema.dependencies[k])
+    }
 }
 
 impl Decoder {
@@ -50,15 +67,9 @@ impl Decoder {
     pub fn new(type_name: &str, definition: Option<&str>) -> Option<Self> {
         let stated = definition.and_then(|text| MessageSchema::parse(type_name, text).ok());
         let schema = stated.or_else(|| known(type_name))?;
-        let decoder = Decoder { schema };
+        let parts = schema.dependencies.iter().enumerate().map(|(k, part)| (plain(&part.name), k)).collect();
+        let decoder = Decoder { schema, parts };
         decoder.tells(&decoder.schema.spec, 0).then_some(decoder)
-    }
-
-    fn resolver(&self) -> MapResolver<'_> {
-        // A definition may write a part as `pkg/msg/Type`, and use it as `pkg/Type`.
-        let named = |spec: &MessageSpecification| [spec.name.clone(), spec.name.replace("/msg/", "/")];
-        let dependencies = &self.schema.dependencies;
-        MapResolver::new(dependencies.iter().flat_map(|spec| named(spec).map(|name| (name, spec))))
     }
 
     /// True if a message of this type can hold joints or places.
@@ -75,16 +86,7 @@ impl Decoder {
             Type::BuiltIn(_) => None,
         };
         let parts = spec.fields.iter().filter_map(|field| inner(&field.ty));
-        depth < DEEPEST && parts.into_iter().any(|part| self.spec(spec, &part).is_some_and(|of| self.tells(of, depth + 1)))
-    }
-
-    fn spec(&self, scope: &MessageSpecification, part: &ComplexType) -> Option<&MessageSpecification> {
-        let name = match part {
-            ComplexType::Absolute { package, name } => format!("{package}/{name}"),
-            ComplexType::Relative { name } => format!("{}/{name}", message_package(&scope.name).unwrap_or_default()),
-        };
-        let short = name.replace("/msg/", "/");
-        self.schema.dependencies.iter().find(|spec| spec.name == name || spec.name.replace("/msg/", "/") == short)
+        depth < DEEPEST && parts.into_iter().any(|part| self.resolve(spec, &part).is_some_and(|of| self.tells(of, depth + 1)))
     }
 
     /// What a message states, or why it cannot be read.
@@ -92,15 +94,14 @@ impl Decoder {
         let (Some(&[_, form, ..]), Some(data)) = (bytes.first_chunk::<ENCAPSULATION>(), bytes.get(ENCAPSULATION..)) else {
             return Err("a message is too short".into());
         };
-        let resolver = self.resolver();
         // The second byte: 0 is big-endian, 1 little-endian, of the plain representation.
         let value = match form {
-            0 => decode_message(&mut CdrReader::<BigEndian>::new(data), &self.schema.spec, &resolver),
-            1 => decode_message(&mut CdrReader::<LittleEndian>::new(data), &self.schema.spec, &resolver),
+            0 => decode_message(&mut CdrReader::<BigEndian>::new(data), &self.schema.spec, self),
+            1 => decode_message(&mut CdrReader::<LittleEndian>::new(data), &self.schema.spec, self),
             _ => return Err(format!("a message has the representation {form}, and only plain CDR is read")),
         };
         let value = value.map_err(|e| format!("a message is not as its type says: {e}"))?;
-        let mut found = Found { resolver: &resolver, all: Vec::new() };
+        let mut found = Found { resolver: self, all: Vec::new() };
         found.walk(&self.schema.spec, &value, &Place { label: String::new(), time: None, depth: 0 });
         // Joints without a name or a number are no joints; what one marker of many lacks is nothing to the others.
         match is_joints(&self.schema.spec) && found.all.is_empty() {
@@ -145,7 +146,7 @@ struct Place {
 }
 
 struct Found<'a> {
-    resolver: &'a MapResolver<'a>,
+    resolver: &'a Decoder,
     all: Vec<Stated>,
 }
 

@@ -20,6 +20,7 @@ mod mcap_file;
 mod middle;
 mod read;
 mod ros_bag;
+mod series;
 mod still_poses;
 mod table;
 mod table_over_time;

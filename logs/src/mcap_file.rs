@@ -192,29 +192,25 @@ impl Reader<'_> {
 /// The records of a chunk.
 fn unpacked<'a>(path: &Path, header: &ChunkHeader, data: &'a [u8]) -> Result<Cow<'a, [u8]>, FileError> {
     let limit = header.uncompressed_size.min(LARGEST_RECORD as u64);
-    let mut plain = Vec::new();
-    let read = match header.compression.as_str() {
+    let plain = match header.compression.as_str() {
         "" => return Ok(Cow::Borrowed(data)),
-        "lz4" => lz4_flex::frame::FrameDecoder::new(data).take(limit).read_to_end(&mut plain).map_err(|e| e.to_string()),
-        "zstd" => unzstd(data, limit).map(|all| {
-            plain = all;
-            plain.len()
-        }),
+        "lz4" => all_of(lz4_flex::frame::FrameDecoder::new(data), limit),
+        "zstd" => unzstd(data, limit),
         other => {
             let remedy = "write it with `zstd`, `lz4` or no compression";
             return Err(FileError::whole(path, format!("has chunks packed by '{other}'"), remedy));
         }
     };
-    match read {
-        Ok(_) => Ok(Cow::Owned(plain)),
-        Err(reason) => Err(broken(path, &format!("chunk: {reason}"))),
-    }
+    plain.map(Cow::Owned).map_err(|reason| broken(path, &format!("chunk: {reason}")))
 }
 
 /// What is packed by Zstandard, up to so many bytes.
 pub(crate) fn unzstd(data: &[u8], limit: u64) -> Result<Vec<u8>, String> {
+    all_of(ruzstd::decoding::StreamingDecoder::new(data).map_err(|e| e.to_string())?, limit)
+}
+
+fn all_of(unpacked: impl Read, limit: u64) -> Result<Vec<u8>, String> {
     let mut plain = Vec::new();
-    let unpacked = ruzstd::decoding::StreamingDecoder::new(data).map_err(|e| e.to_string())?;
     unpacked.take(limit).read_to_end(&mut plain).map_err(|e| e.to_string())?;
     Ok(plain)
 }

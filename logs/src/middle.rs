@@ -1,6 +1,7 @@
 //! The middle of what was read while the arm stood, and how it scatters.
 
 use crate::log::Track;
+use crate::series::Series;
 use crate::windows::Still;
 
 /// Readings of an interval that scatter by more than this multiple of the median interval were taken while something moved.
@@ -12,6 +13,7 @@ const FEWEST_INTERVALS: usize = 8;
 /// Share of the range of a column beyond which two readings at rest are a jump from one end of its range to the other, as of an
 /// angle at half a turn.
 const JUMP: f64 = 0.5;
+
 /// The middle of readings, and how they scatter.
 #[derive(Debug, Clone)]
 pub(crate) struct Middle {
@@ -29,10 +31,10 @@ pub(crate) struct Row {
 }
 
 /// The middle of what a track states in an interval; `None` if it states nothing, or not all of a place.
-pub(crate) fn middle(track: &Track, times: &[f64], values: &[f64], interval: [f64; 2]) -> Option<Middle> {
+pub(crate) fn middle(track: &Track, series: &Series, interval: [f64; 2]) -> Option<Middle> {
     let width = track.titles.len();
-    let [from, to] = interval.map(|t| times.partition_point(|&at| at < t));
-    let rows: Vec<&[f64]> = values[from * width..to * width].chunks_exact(width).collect();
+    let [from, to] = interval.map(|t| series.times.partition_point(|&at| at < t));
+    let rows: Vec<&[f64]> = series.values[from * width..to * width].chunks_exact(width).collect();
     if rows.is_empty() {
         return None;
     }
@@ -52,7 +54,7 @@ pub(crate) fn middle(track: &Track, times: &[f64], values: &[f64], interval: [f6
             continue;
         }
         column.sort_unstable_by(f64::total_cmp);
-        let (value, scatter) = mean_of_middle(&column, range(values, width, c));
+        let (value, scatter) = mean_of_middle(&column, series.ranges[c]);
         middle.values.push(value);
         middle.scatter.push(scatter);
     }
@@ -61,12 +63,6 @@ pub(crate) fn middle(track: &Track, times: &[f64], values: &[f64], interval: [f6
         middle.values[at..at + 4].iter_mut().for_each(|v| *v /= length);
     }
     middle.values.iter().any(|v| v.is_finite()).then_some(middle)
-}
-
-fn range(values: &[f64], width: usize, c: usize) -> f64 {
-    let of = values.iter().skip(c).step_by(width).filter(|v| v.is_finite());
-    let (low, high) = of.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
-    high - low
 }
 
 /// The mean of the middle half of sorted readings, which a few wrong ones do not move, and the one-sigma of a reading by the same
@@ -86,11 +82,10 @@ fn mean_of_middle(sorted: &[f64], range: f64) -> (f64, f64) {
 }
 
 /// Which rows scatter far more than others, in the ranges of their columns.
-pub(crate) fn unsteady(kept: &[Row], values: &[f64], width: usize) -> Vec<bool> {
-    let ranges: Vec<f64> = (0..width).map(|c| range(values, width, c)).collect();
+pub(crate) fn unsteady(kept: &[Row], ranges: &[f64]) -> Vec<bool> {
     let size = |middle: &Middle| {
         let share = |c: usize| if ranges[c] > 0.0 { middle.scatter[c] / ranges[c] } else { 0.0 };
-        (0..width).map(|c| share(c).powi(2)).sum::<f64>().sqrt()
+        (0..ranges.len()).map(|c| share(c).powi(2)).sum::<f64>().sqrt()
     };
     let of = |row: &Row| row.middles.first().and_then(Option::as_ref).filter(|m| m.readings >= FEWEST_READINGS).map(size);
     let sizes: Vec<Option<f64>> = kept.iter().map(of).collect();

@@ -3,12 +3,13 @@
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot};
 
-use crate::clocks::{Clock, DELAY, Moving, RIVAL, delay, shifts, shows_motion};
+use crate::clocks::{Clock, DELAY, RIVAL, delay, shifts, shows_motion};
 use crate::error::LogError;
 use crate::geometry::misfit;
 use crate::joints::{JointChoice, Joints, joints_of, named};
 use crate::log::{JointTrack, Log, Track};
 use crate::middle::{Middle, Row, middle, unsteady};
+use crate::series::Series;
 use crate::table::{Arm, Fields, READINGS, SCATTER, SIGMA, TIME, fields, mean_posture};
 use crate::windows::{Intervals, Rest, Still, intervals};
 
@@ -93,7 +94,8 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     let mut said = vec![said];
     let tracks = measured(log, &joints, options)?;
     let clock = Clock::of(&joints.times, &tracks[0].times, joints.recording == tracks[0].recording);
-    let (joint_times, positions) = sorted(clock.times(&joints.times), &joints.positions, joints.joints.len());
+    let Series { times: joint_times, values: positions, .. } =
+        Series::sorted(clock.times(&joints.times), &joints.positions, joints.joints.len());
     let joints = JointTrack { positions, ..joints };
     let found = intervals(&joint_times, &joints, robot, Rest { shortest: options.shortest, settling: options.settling });
     if found.still.is_empty() {
@@ -102,55 +104,21 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
             "let the arm stand for a second at each pose, or ask for less with --still and --settle",
         ));
     }
-    let sorted_tracks: Vec<(Vec<f64>, Vec<f64>)> =
-        tracks.iter().map(|track| sorted(clock.times(&track.times), &track.values, track.titles.len())).collect();
-    let moving = |times, values, width| Moving { times, values, width };
-    // Where the nominal flange is says better than the joints how fast a point of the tool moves.
-    let flange: Vec<f64> = joints.positions.chunks_exact(joints.joints.len()).flat_map(|q| flange_at(robot, q)).collect();
-    let of_arm = moving(&joint_times, &flange, 3);
-    let (seen_times, seen_values) = &sorted_tracks[0];
-    let rests = Rests { robot, joints: &joints, still: &found.still };
-    let of_track = moving(seen_times, seen_values, tracks[0].titles.len());
-    let seconds = match (options.shift, clock) {
-        (Some(seconds), _) => seconds,
-        (None, _) => {
-            let known = if clock == Clock::None { None } else { delay(of_arm, of_track) };
-            let follows = |seconds: f64| rests.misfit(tracks[0], of_track, seconds).is_none_or(|off| off < FOLLOWS);
-            // Two clocks that begin at zero have times in common, and nothing else.
-            let matched = if known.is_some_and(follows) { None } else { rests.shift_of(tracks[0], of_arm, of_track) };
-            // Of one recording the clock is one; in long rests the middle half of the readings knows of no delay.
-            let one = clock != Clock::None && known.is_none() && rests.are_long() && follows(0.0);
-            match (known, matched) {
-                _ if one => {
-                    said.push(format!("{} moves too seldom to show its delay: none is supposed", tracks[0].name));
-                    0.0
-                }
-                (_, Some(seconds)) => {
-                    said.push(format!(
-                        "clocks matched by the motions: {seconds:.2} s are added to the times of {}",
-                        tracks[0].name
-                    ));
-                    seconds
-                }
-                (Some(seconds), None) => {
-                    if !shows_motion(of_arm, of_track) {
-                        said.push(format!("{} is read too seldom to show its delay: none is supposed", tracks[0].name));
-                    } else if seconds != 0.0 {
-                        said.push(format!("{} comes {:.2} s after the joints, which is allowed for", tracks[0].name, -seconds));
-                    }
-                    seconds
-                }
-                (None, None) => {
-                    let problem = format!(
-                        "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times; or it does not move with the arm",
-                        tracks[0].name, joints.name
-                    );
-                    return Err(refuse(
-                        problem,
-                        "state the time to be added to that of the instrument: --shift TIME, such as -0.12s",
-                    ));
-                }
-            }
+    let series: Vec<Series> =
+        tracks.iter().map(|track| Series::sorted(clock.times(&track.times), &track.values, track.titles.len())).collect();
+    let rests = Rests { robot, joints: &joints, times: &joint_times, still: &found.still };
+    let seconds = match options.shift {
+        Some(seconds) => seconds,
+        None => {
+            let (seconds, how) = rests.shift(tracks[0], &series[0], clock).ok_or_else(|| {
+                let problem = format!(
+                    "the clock of {} cannot be matched with that of {}: no shift, or more than one, makes both move at the same times; or it does not move with the arm",
+                    tracks[0].name, joints.name
+                );
+                refuse(problem, "state the time to be added to that of the instrument: --shift TIME, such as -0.12s")
+            })?;
+            said.extend(how);
+            seconds
         }
     };
     let begin = joint_times.first().copied().unwrap_or(0.0);
@@ -159,11 +127,9 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     excluded.extend(found.creeping.iter().map(|&s| exclude(s, "a joint creeps")));
     let mut kept: Vec<Row> = Vec::new();
     for still in &found.still {
-        let middles: Vec<Option<Middle>> = sorted_tracks
-            .iter()
-            .zip(&tracks)
-            .map(|((times, values), track)| middle(track, times, values, [still.begin - seconds, still.end - seconds]))
-            .collect();
+        let interval = [still.begin - seconds, still.end - seconds];
+        let middles: Vec<Option<Middle>> =
+            tracks.iter().zip(&series).map(|(track, series)| middle(track, series, interval)).collect();
         if middles.first().is_some_and(Option::is_some) {
             kept.push(Row { still: *still, middles });
         } else {
@@ -177,7 +143,7 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
             "check the clocks; state the time to be added to that of the instrument: --shift TIME, such as -0.12s",
         ));
     }
-    let unsteady = unsteady(&kept, &sorted_tracks[0].1, tracks[0].titles.len());
+    let unsteady = unsteady(&kept, &series[0].ranges);
     let (moved, kept): (Vec<_>, Vec<_>) = kept.iter().zip(unsteady).partition(|(_, is_unsteady)| *is_unsteady);
     let of_moved =
         moved.iter().map(|(Row { still, .. }, _)| exclude([still.begin, still.end], "the measurement does not rest"));
@@ -218,10 +184,44 @@ impl StillPoses {
 struct Rests<'a> {
     robot: &'a Robot,
     joints: &'a JointTrack,
+    /// Times of the joints.
+    times: &'a [f64],
     still: &'a [Still],
 }
 
+/// A shift, and what is said of it.
+type Told = (f64, Option<String>);
+
 impl Rests<'_> {
+    /// The time to be added to those of a track; `None` if none can be found.
+    fn shift(&self, track: &Track, seen: &Series, clock: Clock) -> Option<Told> {
+        // Where the nominal flange is says better than the joints how fast a point of the tool moves.
+        let postures = self.joints.positions.chunks_exact(self.joints.joints.len());
+        let arm = Series::new(self.times.to_vec(), postures.flat_map(|q| flange_at(self.robot, q)).collect(), 3);
+        let known = if clock == Clock::None { None } else { delay(&arm, seen) };
+        let follows = |seconds: f64| self.misfit(track, seen, seconds).is_none_or(|off| off < FOLLOWS);
+        let name = &track.name;
+        let delayed = |seconds: f64| {
+            let told = if !shows_motion(&arm, seen) {
+                Some(format!("{name} is read too seldom to show its delay: none is supposed"))
+            } else {
+                (seconds != 0.0).then(|| format!("{name} comes {:.2} s after the joints, which is allowed for", -seconds))
+            };
+            (seconds, told)
+        };
+        if let Some(seconds) = known.filter(|seconds| follows(*seconds)) {
+            return Some(delayed(seconds));
+        }
+        // Of one recording the clock is one; in long rests the middle half of the readings knows of no delay.
+        if clock != Clock::None && known.is_none() && self.are_long() && follows(0.0) {
+            return Some((0.0, Some(format!("{name} moves too seldom to show its delay: none is supposed"))));
+        }
+        // Two clocks that begin at zero have times in common, and nothing else.
+        let matched = self.shift_of(track, &arm, seen);
+        let told = |seconds: f64| format!("clocks matched by the motions: {seconds:.2} s are added to the times of {name}");
+        matched.map(|seconds| (seconds, Some(told(seconds)))).or(known.map(delayed))
+    }
+
     /// True if a delay is less than the quarter of a rest that is not averaged, in most rests.
     fn are_long(&self) -> bool {
         let long = self.still.iter().filter(|still| still.end - still.begin >= LONG).count();
@@ -229,11 +229,11 @@ impl Rests<'_> {
     }
 
     /// How far a track is off, at a shift, from a point of the tool; `None` of too few rests.
-    fn misfit(&self, track: &Track, seen: Moving<'_>, shift: f64) -> Option<f64> {
+    fn misfit(&self, track: &Track, seen: &Series, shift: f64) -> Option<f64> {
         let (mut postures, mut rows) = (Vec::new(), Vec::new());
         for still in self.still {
             let interval = [still.begin - shift, still.end - shift];
-            if let Some(middle) = middle(track, seen.times, seen.values, interval) {
+            if let Some(middle) = middle(track, seen, interval) {
                 postures.push(mean_posture(self.joints, still));
                 rows.push(middle.values);
             }
@@ -241,8 +241,8 @@ impl Rests<'_> {
         misfit(self.robot, &postures, &rows)
     }
 
-    /// The shift at which a track moves with the arm and states a point of its tool while it rests; `None` if none stands out.
-    fn shift_of(&self, track: &Track, arm: Moving<'_>, seen: Moving<'_>) -> Option<f64> {
+    /// The shift at which a track moves with the arm and states a point of its tool while it rests; `None` if no one is likelier than all others.
+    fn shift_of(&self, track: &Track, arm: &Series, seen: &Series) -> Option<f64> {
         let likely = shifts(arm, seen);
         // The likeliest comes first; its neighbours still find most rests.
         let mut is_judged = false;
@@ -325,14 +325,6 @@ fn never_still(found: &Intervals, times: &[f64]) -> String {
 /// The nominal flange in the base, m.
 fn flange_at(robot: &Robot, q: &[f64]) -> [f64; 3] {
     world_from_tool(robot, &FramePose::default(), &FramePose::default(), q).translation.vector.into()
-}
-
-/// Rows in the order of their times.
-fn sorted(times: &[f64], values: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
-    let mut order: Vec<usize> = (0..times.len()).collect();
-    order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
-    let rows = order.iter().flat_map(|&k| values[k * width..(k + 1) * width].iter().copied());
-    (order.iter().map(|&k| times[k]).collect(), rows.collect())
 }
 
 fn in_words(found: &Intervals, rows: usize, excluded: &[Excluded], tracks: &[&Track]) -> String {
