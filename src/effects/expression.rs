@@ -38,6 +38,9 @@ pub struct ExpressionError {
 /// Ending of the names of joints at the sample before.
 pub(super) const BEFORE: &str = "_before";
 
+/// Beginning of the names of the hoses that follow joints with play.
+pub(super) const HOSE: &str = "hose";
+
 /// The meaning of a name; joints counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Variable {
@@ -46,6 +49,8 @@ enum Variable {
     AngleCommanded(usize),
     Torque(usize),
     Approach(usize),
+    /// How far a joint is turned against a hose that follows it with play, -1 to 1.
+    Hose(usize),
     /// A component of the direction of gravity in the last frame.
     Down(usize),
     /// A coordinate of the TCP in the world.
@@ -62,6 +67,7 @@ impl Variable {
                 ("q", "", Variable::Angle(j)),
                 ("tau", "", Variable::Torque(j)),
                 ("approach", "", Variable::Approach(j)),
+                (HOSE, "", Variable::Hose(j)),
                 ("q", BEFORE, Variable::AngleBefore(j)),
                 ("q", "_commanded", Variable::AngleCommanded(j)),
             ]
@@ -82,6 +88,7 @@ impl Variable {
             Variable::AngleCommanded(j) => at.q_commanded.and_then(|q| q.get(j)).copied(),
             Variable::Torque(j) => at.loads.tau.get(j).copied(),
             Variable::Approach(j) => at.approach.and_then(|signs| signs.get(j)).map(|&s| f64::from(s)),
+            Variable::Hose(j) => at.hose.and_then(|hose| hose.get(j)).copied(),
             Variable::Down(k) => Some(at.gravity_in_last_frame()[k]),
             Variable::Tcp(k) => Some(at.posture.tcp()[k]),
             Variable::PayloadMass => Some(at.payload.mass),
@@ -92,9 +99,12 @@ impl Variable {
 
     fn needs(self) -> Option<Needs> {
         match self {
-            Variable::Angle(_) | Variable::AngleBefore(_) | Variable::Down(_) | Variable::Tcp(_) | Variable::PayloadMass => {
-                None
-            }
+            Variable::Angle(_)
+            | Variable::AngleBefore(_)
+            | Variable::Hose(_)
+            | Variable::Down(_)
+            | Variable::Tcp(_)
+            | Variable::PayloadMass => None,
             Variable::AngleCommanded(_) => Some(Needs::Commanded),
             Variable::Torque(_) => Some(Needs::Torques),
             Variable::Approach(_) => Some(Needs::Approach),
@@ -299,7 +309,7 @@ impl<'a> Reader<'a> {
                 None => {
                     let n = self.joints;
                     format!(
-                        "variables are q1 ... q{n}, tau1 ..., approach1 ..., q1_before ..., q1_commanded ..., down_x ..., tcp_x_m ..., payload_kg, time_s, temp_c; functions {}",
+                        "variables are q1 ... q{n}, tau1 ..., approach1 ..., hose1 ..., q1_before ..., q1_commanded ..., down_x ..., tcp_x_m ..., payload_kg, time_s, temp_c; functions {}",
                         FUNCTIONS.join(", ")
                     )
                 }

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::expression::{BEFORE, Expression};
+use super::expression::{BEFORE, Expression, HOSE};
 use super::situation::Situation;
 use super::{Effect, EffectId, Emit, Needs, Owner, ParameterSpec, Subject};
 use crate::robot::sites::{Axis6, MOST_JOINTS, MdhEntry, Site};
@@ -81,9 +81,9 @@ const LONGEST_QUOTE: usize = 60;
 const MOST_TERMS: usize = 500;
 
 impl OwnEffect {
-    /// True if a term depends on the joints at the sample before.
+    /// True if a term depends on what was measured before the sample.
     pub fn follows_last_move(&self) -> bool {
-        self.terms.iter().any(|term| term.basis.contains(BEFORE))
+        self.terms.iter().any(|term| term.basis.contains(BEFORE) || term.basis.contains(HOSE))
     }
 
     /// Plausible size (1 sigma) of a coefficient in that unit if the user states none, SI: 5 thousandths of a degree, 30

@@ -1,8 +1,13 @@
 //! The fitted problem, extended by the parameters of every candidate.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
-use super::super::library::Library;
+use super::super::library::{Candidate, Library};
+use super::Examination;
+use crate::effects::EffectId;
+use crate::effects::own::OwnEffect;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Fit;
@@ -17,7 +22,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    pub fn range(self) -> std::ops::Range<usize> {
+    pub fn range(self) -> Range<usize> {
         self.first..self.first + self.count
     }
 }
@@ -100,5 +105,52 @@ impl Wide {
             }
         }
         rows
+    }
+}
+
+/// The whitened residuals of a fit beside the columns of its parameters and of every candidate.
+#[derive(Debug, Clone)]
+pub struct WhitenedRows<'a> {
+    /// One row for each fitted parameter (per SI unit), then for each column of a candidate (per plausible size), then the
+    /// residuals; one column for each scalar residual.
+    pub rows: &'a DMatrix<f64>,
+    /// Number of fitted parameters.
+    pub fitted: usize,
+    /// The candidates' columns, by their rows in `rows`.
+    pub candidates: Vec<CandidateRows<'a>>,
+}
+
+/// Columns of a candidate.
+#[derive(Debug, Clone)]
+pub struct CandidateRows<'a> {
+    /// Its id.
+    pub id: &'a EffectId,
+    /// Its rows in [`WhitenedRows::rows`].
+    pub rows: Range<usize>,
+}
+
+impl Examination {
+    /// The whitened rows from which everything else is computed: what a search among other shapes begins with.
+    pub fn whitened(&self) -> WhitenedRows<'_> {
+        let fitted = self.fitted.len();
+        let columns = self.library.candidates.iter().zip(&self.spans).map(|(candidate, span)| CandidateRows {
+            id: &candidate.id,
+            rows: fitted + span.first..fitted + span.range().end,
+        });
+        WhitenedRows { rows: &self.rows, fitted, candidates: columns.collect() }
+    }
+
+    /// Whitened columns, per SI unit, of the terms of a user-defined effect beside this fit: one row for each of its parameters.
+    ///
+    /// # Errors
+    /// When the effect does not fit the data.
+    pub fn columns_of(&self, datasets: &[NamedDataset<'_>], effect: &OwnEffect) -> Result<DMatrix<f64>, IdentifyError> {
+        let mut model = self.model.clone();
+        model.own.push(effect.clone());
+        let library = Library { candidates: vec![Candidate::new(effect.name.as_str())], ..Library::default() };
+        let wide = Wide::of(datasets, &model, &self.problem, &self.fit, &library)?;
+        let parameters: Vec<usize> = wide.columns.iter().map(|c| c.parameter).collect();
+        let rows = wide.problem.whitened(&wide.values, &parameters) * self.noise_scale.weight();
+        Ok(rows.rows(0, parameters.len()).into_owned())
     }
 }

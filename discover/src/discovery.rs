@@ -1,0 +1,308 @@
+//! The search for laws, one after the other, until nothing stands out.
+
+use std::ops::Range;
+
+use calibench::diagnosis::Examination;
+use calibench::identify::Model;
+use calibench::identify::calibration::IdentifyError;
+use calibench::measure::dataset::NamedDataset;
+use nalgebra::{DMatrix, DVector};
+
+use crate::catalogue::{self, Listed};
+use crate::factors::{Factors, Known};
+use crate::false_laws::Nothing;
+use crate::law::{Law, LawTerm, SeenRange};
+use crate::metric::{Ground, Metrics};
+use crate::rivals::rivals;
+use crate::samples::{Place, known, place_columns, places};
+use crate::score::Products;
+use crate::search::{Field, Found, Shape};
+use crate::variables::Shown;
+
+/// Largest share of data without a law in which one is said to be found.
+pub const FALSE_LAW_RATE: f64 = 0.01;
+
+/// Odds below which an effect of the catalogue is named in place of a law.
+const OVER_THE_CATALOGUE: f64 = 20.0;
+
+/// Odds below which nothing is said to stand out.
+const STANDS_OUT: f64 = 3.0;
+
+/// Largest number of laws, and of effects of the catalogue beside them.
+const MOST_LAWS: usize = 3;
+/// Largest number of effects of the catalogue that are taken.
+const MOST_LISTED: usize = 6;
+/// Number of effects of the catalogue that together may stand for one law.
+const TOGETHER: usize = 3;
+
+/// Samples among which a search is made: of more, as many at equal steps.
+const MOST_SAMPLES: usize = 400;
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Discovery {
+    /// The laws, the most evident first.
+    pub laws: Vec<Law>,
+    /// The best law that chance makes too often, if the search ended with one.
+    pub suspected: Option<Law>,
+    /// Effects of the catalogue that explain better what they explain than any law, in the order in which they were found.
+    pub listed: Vec<String>,
+    /// Number of laws that were tried.
+    pub tried: usize,
+    /// Number of samples.
+    pub samples: usize,
+    /// Number of samples among which the search was made.
+    pub searched: usize,
+}
+
+/// Searches the residuals of a model for laws that nobody listed.
+///
+/// # Errors
+/// When the data do not fit the model, or do not determine the unknowns.
+pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discovery, IdentifyError> {
+    let examination = Examination::new(datasets, model)?;
+    let data = Data::of(datasets, &examination)?;
+    let field = data.field();
+    let mut taken = data.fitted.clone();
+    let mut found = Discovery { samples: examination.problem().sample_count(), searched: data.spans.len(), ..Discovery::default() };
+    let mut accepted: Vec<Shape> = Vec::new();
+    while accepted.len() < MOST_LAWS {
+        let ground = data.ground(&taken);
+        let metrics = ground.metrics();
+        let searched = field.search(&metrics, true);
+        found.tried += searched.tried;
+        let best = searched.best.iter().find(|f| catalogue::name_of(&f.shape, &data.places, &data.factors.all).is_none());
+        let listed = data.best_listed(&searched.best, &metrics);
+        let of_law = best.map_or(f64::NEG_INFINITY, |f| f.ln_odds);
+        if let Some((listed, ln_odds)) = listed
+            && ln_odds > STANDS_OUT.ln()
+            && found.listed.len() < MOST_LISTED
+            && (ln_odds >= of_law - OVER_THE_CATALOGUE.ln() || data.together(&taken, &listed, ln_odds) >= of_law - OVER_THE_CATALOGUE.ln())
+        {
+            taken = beside(&taken, &listed.columns);
+            found.listed.push(listed.name);
+            continue;
+        }
+        let Some(best) = best.filter(|f| f.ln_odds > STANDS_OUT.ln()) else { break };
+        let columns = field.columns_of(&best.shape);
+        let p_false = Nothing::beside(&field, &ground, &metrics, &columns).p_of(&field, &ground, &data.catalogue, best.ln_odds);
+        let mut law = data.law(best, &metrics, p_false);
+        if p_false > FALSE_LAW_RATE {
+            found.suspected = Some(law);
+            break;
+        }
+        law.rivals = rivals(datasets, &examination, &data, &metrics, &searched.best)?;
+        found.laws.push(law);
+        accepted.push(best.shape.clone());
+        taken = beside(&taken, &columns);
+    }
+    Ok(found)
+}
+
+/// Columns beside others.
+fn beside(columns: &DMatrix<f64>, more: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(columns.nrows(), columns.ncols() + more.ncols());
+    all.columns_mut(0, columns.ncols()).copy_from(columns);
+    all.columns_mut(columns.ncols(), more.ncols()).copy_from(more);
+    all
+}
+
+/// All that a search needs of the data.
+pub(crate) struct Data {
+    /// The places.
+    pub places: Vec<Place>,
+    /// Their whitened columns: places x residuals.
+    pub columns: DMatrix<f64>,
+    /// The variables.
+    pub known: Vec<Known>,
+    /// The factors.
+    pub factors: Factors,
+    /// Residuals of each sample.
+    pub spans: Vec<Range<usize>>,
+    /// Columns of the fitted parameters (residuals x parameters).
+    pub fitted: DMatrix<f64>,
+    /// Columns of the library (residuals x columns).
+    pub catalogue: DMatrix<f64>,
+    /// Effects that somebody listed.
+    pub listed: Vec<Listed>,
+    /// The residuals.
+    residual: DVector<f64>,
+}
+
+impl Data {
+    fn of(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Self, IdentifyError> {
+        let problem = examination.problem();
+        let robot = problem.robot();
+        let places = places(robot.joints(), |j| robot.kind(j));
+        let mut spans = Vec::new();
+        problem.for_each_sample(&examination.fit().values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
+        let step = spans.len().div_ceil(MOST_SAMPLES).max(1);
+        let samples: Vec<usize> = (0..spans.len()).step_by(step).collect();
+        let whitened = examination.whitened();
+        let measured = spans.last().map_or(0, |s| s.end);
+        // Rows of known distances and of priors, which no sample measures, stay.
+        let rows: Vec<usize> =
+            samples.iter().flat_map(|&i| spans[i].clone()).chain(measured..whitened.rows.ncols()).collect();
+        let priors: Vec<Stated> = priors(examination);
+        let residuals = rows.len() + priors.len();
+        let mut fitted = DMatrix::zeros(residuals, whitened.fitted);
+        fitted.rows_mut(0, rows.len()).copy_from(&whitened.rows.rows(0, whitened.fitted).select_columns(&rows).transpose());
+        let mut residual = DVector::zeros(residuals);
+        let last = whitened.rows.nrows() - 1;
+        rows.iter().enumerate().for_each(|(i, &r)| residual[i] = whitened.rows[(last, r)]);
+        for (k, prior) in priors.iter().enumerate() {
+            fitted[(rows.len() + k, prior.parameter)] = prior.weight;
+            residual[rows.len() + k] = -prior.weight * prior.value;
+        }
+        let mut first = 0;
+        let spans: Vec<Range<usize>> = samples
+            .iter()
+            .map(|&i| {
+                first += spans[i].len();
+                first - spans[i].len()..first
+            })
+            .collect();
+        let of_places = place_columns(datasets, examination, &places)?;
+        let mut columns = DMatrix::zeros(places.len(), residuals);
+        columns.columns_mut(0, rows.len()).copy_from(&of_places.select_columns(&rows));
+        let known: Vec<Known> = known(datasets, examination)?
+            .into_iter()
+            .map(|k| Known { values: samples.iter().map(|&i| k.values[i]).collect(), ..k })
+            .collect();
+        let factors = Factors::of(robot, &known);
+        let mut data = Data {
+            places,
+            columns,
+            known,
+            factors,
+            spans,
+            fitted,
+            catalogue: DMatrix::zeros(residuals, 0),
+            listed: catalogue::of_library(examination, &rows, residuals),
+            residual,
+        };
+        data.catalogue = data.listed.iter().fold(data.catalogue, |all, one| beside(&all, &one.columns));
+        let ids: Vec<String> = samples.iter().map(|&i| problem.sample_ids()[i].clone()).collect();
+        data.listed.extend(catalogue::steps(&data.field(), &ids));
+        Ok(data)
+    }
+
+    /// What a search is made in.
+    pub fn field(&self) -> Field<'_> {
+        Field { places: &self.places, columns: &self.columns, factors: &self.factors, spans: &self.spans }
+    }
+
+    /// The residuals, with what is fitted or taken.
+    pub fn ground(&self, taken: &DMatrix<f64>) -> Ground {
+        Ground::new(taken, &self.catalogue, &DMatrix::from_columns(std::slice::from_ref(&self.residual)))
+    }
+
+    /// The best effect that somebody listed, in the library or as a law of the search.
+    fn best_listed(&self, searched: &[Found], metrics: &Metrics) -> Option<(Listed, f64)> {
+        let listed = catalogue::best(&self.listed, metrics).map(|(one, ln_odds)| (one.clone(), ln_odds));
+        let named = searched.iter().find_map(|f| {
+            let name = catalogue::name_of(&f.shape, &self.places, &self.factors.all)?;
+            Some((Listed { name, columns: self.field().columns_of(&f.shape) }, f.ln_odds))
+        });
+        match (listed, named) {
+            (Some(a), Some(b)) => Some(if a.1 >= b.1 { a } else { b }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Log odds of this listed effect with the best that are found beside it.
+    fn together(&self, taken: &DMatrix<f64>, listed: &Listed, ln_odds: f64) -> f64 {
+        let (mut all, mut sum) = (beside(taken, &listed.columns), ln_odds);
+        for _ in 1..TOGETHER {
+            let metrics = self.ground(&all).metrics();
+            let Some((next, more)) = catalogue::best(&self.listed, &metrics).filter(|(_, more)| *more > 0.0) else { break };
+            sum += more;
+            all = beside(&all, &next.columns);
+        }
+        sum
+    }
+
+    /// A law that was found, with its coefficients.
+    fn law(&self, found: &Found, metrics: &Metrics, p_false: f64) -> Law {
+        let columns = self.field().columns_of(&found.shape);
+        let fitted = Fitted::of(metrics, &columns);
+        let values = self.factors.product(&found.shape.factors);
+        let errors = &values * &fitted.coefficients;
+        let place = &self.places[found.shape.place];
+        let terms = self.factors.expressions(&found.shape.factors).into_iter().zip(fitted.coefficients.iter().zip(&fitted.sigmas));
+        let factors = found.shape.factors.iter().map(|&k| &self.factors.all[k]);
+        let seen = factors.filter_map(|f| {
+            let known = self.known.iter().find(|k| k.variable == f.variable)?;
+            let Shown { si, symbol } = f.variable.unit(self.factors.turns(f.variable));
+            let low = known.values.iter().copied().fold(f64::INFINITY, f64::min) / si;
+            let high = known.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) / si;
+            Some(SeenRange { name: f.variable.expression(), words: f.variable.words(), range: low..high, unit: symbol })
+        });
+        Law {
+            site: place.site.clone(),
+            place: place.words.clone(),
+            turns: place.turns,
+            terms: terms.map(|(basis, (a, s))| LawTerm { basis, coefficient: *a, sigma: *s }).collect(),
+            variables: seen.collect(),
+            rms: (errors.norm_squared() / errors.len().max(1) as f64).sqrt(),
+            explains: fitted.explains,
+            ln_odds: found.ln_odds,
+            p_false,
+            rivals: Vec::new(),
+        }
+    }
+}
+
+/// The columns of a law, fitted to the data.
+pub(crate) struct Fitted {
+    /// Coefficients, SI.
+    pub coefficients: DVector<f64>,
+    /// Their standard uncertainties, SI.
+    pub sigmas: Vec<f64>,
+    /// Share of the remaining sum of squares that they explain.
+    pub explains: f64,
+}
+
+impl Fitted {
+    /// Fits columns (residuals x columns) in the metric of the most probable background.
+    pub fn of(metrics: &Metrics, columns: &DMatrix<f64>) -> Self {
+        let metric = &metrics.of_size[metrics.likely_size(columns)];
+        let (gram, with) = metric.products(columns);
+        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
+        let k = columns.ncols();
+        let Some(products) = Products::of(&gram, &whole) else {
+            return Fitted { coefficients: DVector::zeros(k), sigmas: vec![f64::INFINITY; k], explains: 0.0 };
+        };
+        let explained = products.explained(&with);
+        let unit = ((metric.energies[0] - explained) / (metrics.dof - k as f64).max(1.0)).max(0.0);
+        let sigma = |i: usize| {
+            let mut one = vec![0.0; k];
+            one[i] = 1.0;
+            (products.coefficients(&one)[i] * unit).sqrt()
+        };
+        Fitted {
+            coefficients: products.coefficients(&with),
+            sigmas: (0..k).map(sigma).collect(),
+            explains: explained / metric.energies[0],
+        }
+    }
+}
+
+/// What a prior says of a fitted parameter: an equation of its own.
+struct Stated {
+    /// Its place among the fitted parameters.
+    parameter: usize,
+    /// Root of the information.
+    weight: f64,
+    /// The fitted value, as deviation from nominal, SI.
+    value: f64,
+}
+
+fn priors(examination: &Examination) -> Vec<Stated> {
+    let (problem, fit) = (examination.problem(), examination.fit());
+    let of = |(parameter, &p): (usize, &usize)| {
+        let information = problem.parameters()[p].knowledge.information();
+        (information > 0.0).then(|| Stated { parameter, weight: information.sqrt(), value: fit.values[p] })
+    };
+    fit.kept.iter().enumerate().filter_map(of).collect()
+}

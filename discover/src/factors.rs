@@ -1,0 +1,178 @@
+//! The factors of a law: simple functions of one variable, with their values at every sample.
+
+use calibench::robot::{JointKind, Robot};
+use nalgebra::DMatrix;
+
+use crate::variables::{Function, Variable};
+
+/// Highest order of the waves of a joint over its own angle, per turn.
+const HIGHEST_ORDER: u8 = 40;
+
+/// A function varies if its standard deviation is more than this share of its largest value.
+const VARIES: f64 = 1e-3;
+
+/// A simple function: one column, or two for a wave of unknown phase.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Factor {
+    /// What it depends on.
+    pub variable: Variable,
+    /// The variable is divided by this before.
+    pub scale: f64,
+    /// Its functions, one a column.
+    pub functions: Vec<Function>,
+    /// Its first column among those of all factors.
+    pub first: usize,
+    /// True if products are made of it.
+    pub multiplies: bool,
+    /// The joint, from 0, for which alone it is tried: a wave over its own angle.
+    pub only_of: Option<usize>,
+}
+
+impl Factor {
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.functions.len()
+    }
+
+    /// Its columns as expressions.
+    pub fn expressions(&self) -> Vec<String> {
+        let of = if self.scale == 1.0 {
+            self.variable.expression()
+        } else {
+            format!("({}/{})", self.variable.expression(), self.scale)
+        };
+        self.functions.iter().map(|f| f.expression(&of)).collect()
+    }
+}
+
+/// All factors, and the values of their columns (samples x columns).
+#[derive(Debug, Clone)]
+pub(crate) struct Factors {
+    /// The factors.
+    pub all: Vec<Factor>,
+    /// Values of their columns.
+    pub values: DMatrix<f64>,
+    /// The joints that travel.
+    travels: Vec<usize>,
+}
+
+/// A variable and its values at every sample.
+#[derive(Debug, Clone)]
+pub(crate) struct Known {
+    /// The variable.
+    pub variable: Variable,
+    /// Its values.
+    pub values: Vec<f64>,
+}
+
+impl Factors {
+    /// The factors of these variables, those that do not vary excluded.
+    pub fn of(robot: &Robot, known: &[Known]) -> Self {
+        let samples = known.first().map_or(0, |k| k.values.len());
+        let travels = (0..robot.joints()).filter(|&j| robot.kind(j) != JointKind::Revolute).collect();
+        let mut factors = Factors { all: Vec::new(), values: DMatrix::zeros(samples, 0), travels };
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for Known { variable, values } in known {
+            let turns = factors.turns(*variable);
+            let scale = scale(*variable, values);
+            for Kind { functions, multiplies, only_of } in kinds(*variable, turns) {
+                let own: Vec<Vec<f64>> =
+                    functions.iter().map(|f| values.iter().map(|v| f.at(v / scale)).collect()).collect();
+                if own.iter().all(|column| varies(column)) {
+                    factors.all.push(Factor { variable: *variable, scale, functions, first: columns.len(), multiplies, only_of });
+                    columns.extend(own);
+                }
+            }
+        }
+        factors.values = DMatrix::from_fn(samples, columns.len(), |i, k| columns[k][i]);
+        factors
+    }
+
+    /// The columns of a product of factors as expressions, in the order of their values.
+    pub fn expressions(&self, factors: &[usize]) -> Vec<String> {
+        factors.iter().fold(vec![String::new()], |before, &k| {
+            let own = self.all[k].expressions();
+            let times = |b: &String, f: &String| if b.is_empty() { f.clone() } else { format!("{b}*{f}") };
+            before.iter().flat_map(|b| own.iter().map(move |f| times(b, f))).collect()
+        })
+    }
+
+    /// True if a variable is an angle.
+    pub fn turns(&self, variable: Variable) -> bool {
+        !variable.angles().iter().any(|j| self.travels.contains(j))
+    }
+
+    /// Values of the factors' columns at other samples, at which the variables are known in the same order.
+    pub fn elsewhere(&self, known: &[Known]) -> DMatrix<f64> {
+        let samples = known.first().map_or(0, |k| k.values.len());
+        let mut values = DMatrix::zeros(samples, self.values.ncols());
+        for factor in &self.all {
+            let Some(of) = known.iter().find(|k| k.variable == factor.variable) else { continue };
+            for (k, f) in factor.functions.iter().enumerate() {
+                values.column_mut(factor.first + k).iter_mut().zip(&of.values).for_each(|(to, v)| *to = f.at(v / factor.scale));
+            }
+        }
+        values
+    }
+}
+
+/// True if it is not the same at every sample.
+fn varies(column: &[f64]) -> bool {
+    let n = column.len().max(1) as f64;
+    let mean = column.iter().sum::<f64>() / n;
+    let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let largest = column.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+    spread.is_finite() && spread > VARIES * largest
+}
+
+/// Scale of a variable: its largest value, to two digits, where its size is not known beforehand.
+fn scale(variable: Variable, values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+    match variable {
+        Variable::Torque(_) | Variable::Payload | Variable::Time | Variable::Temperature if largest > 0.0 => two_digits(largest),
+        _ => 1.0,
+    }
+}
+
+/// The number to two digits.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
+/// What is tried of a variable.
+#[derive(Clone)]
+struct Kind {
+    functions: Vec<Function>,
+    multiplies: bool,
+    only_of: Option<usize>,
+}
+
+fn kinds(variable: Variable, turns: bool) -> Vec<Kind> {
+    use Function::{Abs, Cosine, Cube, Decay, Odd, Plain, Saturation, Sign, Sine, Square};
+    let all = |list: &[Function], multiplies: bool| {
+        list.iter().map(|f| Kind { functions: vec![*f], multiplies, only_of: None }).collect::<Vec<_>>()
+    };
+    let wave = |k: u8, multiplies: bool| Kind { functions: vec![Sine(k), Cosine(k)], multiplies, only_of: None };
+    match variable {
+        Variable::Joint(j) if turns => {
+            let own = (3..=HIGHEST_ORDER).map(|k| Kind { only_of: Some(j), ..wave(k, true) });
+            let common = [wave(1, true), wave(2, true)].into_iter().chain(all(&[Plain, Sine(1), Cosine(1)], true));
+            common.chain(all(&[Square, Abs], false)).chain(own).collect()
+        }
+        Variable::Sum(..) | Variable::Difference(..) if turns => vec![wave(1, true), wave(2, false)],
+        Variable::Sum(..) | Variable::Difference(..) => Vec::new(),
+        Variable::Joint(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
+        Variable::Torque(_) | Variable::Down(_) => [
+            all(&[Plain, Abs, Saturation(3)], true),
+            all(&[Square, Odd, Cube, Saturation(10), Sign], false),
+        ]
+        .concat(),
+        Variable::Approach(_) => all(&[Plain], true),
+        Variable::Hose(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
+        Variable::Move(_) => all(&[Plain, Sign], false),
+        Variable::Tcp(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
+        Variable::Payload => all(&[Plain], true),
+        Variable::Time => [all(&[Plain, Decay(3)], true), all(&[Square, Decay(10)], false)].concat(),
+        Variable::Temperature => [all(&[Plain], true), all(&[Square], false)].concat(),
+    }
+}

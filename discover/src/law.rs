@@ -1,0 +1,111 @@
+//! A law: where an error arises, and what it follows.
+
+use std::ops::Range;
+
+use calibench::effects::own::{OwnEffect, OwnTerm};
+use calibench::units::{DEG, MM, Unit};
+
+/// A term of a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawTerm {
+    /// As an expression in a model file.
+    pub basis: String,
+    /// Its coefficient, SI.
+    pub coefficient: f64,
+    /// Standard uncertainty of the coefficient, SI.
+    pub sigma: f64,
+}
+
+/// A variable of a law, and the range in which it was seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeenRange {
+    /// As in an expression.
+    pub name: String,
+    /// In words.
+    pub words: String,
+    /// Its range in the data, in the unit.
+    pub range: Range<f64>,
+    /// Unit of the range; empty for a number.
+    pub unit: &'static str,
+}
+
+/// Another law, or an effect, that these data do not tell from a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// In words.
+    pub words: String,
+    /// Probability of it against that of the law.
+    pub odds: f64,
+    /// Joint angles (rad or m) of the postures at which the two differ most, the best first; empty if none was found.
+    pub postures: Vec<Vec<f64>>,
+    /// Difference of the two there, in sigma of a measurement.
+    pub sigmas: Vec<f64>,
+}
+
+/// A law that the data show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Law {
+    /// The site that errs, as in a model file.
+    pub site: String,
+    /// What errs, in words.
+    pub place: String,
+    /// True if it turns, false if it shifts.
+    pub turns: bool,
+    /// Its terms.
+    pub terms: Vec<LawTerm>,
+    /// What it follows.
+    pub variables: Vec<SeenRange>,
+    /// Root mean square of the error at the samples, rad or m.
+    pub rms: f64,
+    /// Share of the remaining sum of squares that it explains.
+    pub explains: f64,
+    /// Log odds of the law against no law.
+    pub ln_odds: f64,
+    /// Probability that the search finds as good a law where there is none.
+    pub p_false: f64,
+    /// What cannot be told from it.
+    pub rivals: Vec<Rival>,
+}
+
+impl Law {
+    /// As a user-defined effect of this name.
+    ///
+    /// Its plausible size is that of its largest coefficient: what was found would not surprise.
+    pub fn effect(&self, name: &str) -> OwnEffect {
+        let unit = if self.turns { Unit::DEG } else { Unit::MM };
+        let largest = self.terms.iter().fold(OwnEffect::usual_size(unit), |a, t| a.max(t.coefficient.abs()));
+        let terms = self.terms.iter().map(|t| OwnTerm { site: self.site.clone(), basis: t.basis.clone(), group: None });
+        OwnEffect { name: name.into(), unit, plausible: two_digits(largest / unit.si) * unit.si, terms: terms.collect() }
+    }
+
+    /// The formula with its coefficients, in degrees or millimetres.
+    pub fn formula(&self) -> String {
+        let (si, unit) = if self.turns { (DEG, "deg") } else { (MM, "mm") };
+        let mut text = String::new();
+        for (k, term) in self.terms.iter().enumerate() {
+            let size = term.coefficient / si;
+            let sign = match (k, size < 0.0) {
+                (0, false) => "",
+                (0, true) => "-",
+                (_, false) => " + ",
+                (_, true) => " - ",
+            };
+            text.push_str(&format!("{sign}{:.4} {unit} * {}", size.abs(), term.basis));
+        }
+        text
+    }
+
+    /// What it follows, in words: `q2 and the load on joint 3`.
+    pub fn follows(&self) -> String {
+        let words: Vec<&str> = self.variables.iter().map(|v| v.words.as_str()).collect();
+        match words.as_slice() {
+            [] => String::new(),
+            [one] => (*one).to_owned(),
+            [others @ .., last] => format!("{} and {last}", others.join(", ")),
+        }
+    }
+}
+
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}

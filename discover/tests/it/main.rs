@@ -1,0 +1,4 @@
+//! Promises of the search for laws.
+
+mod a_hidden_law_is_found;
+mod hidden_laws;
