@@ -11,6 +11,7 @@ mod compare;
 mod compensate;
 mod design;
 mod diagnose;
+mod discover;
 mod effects;
 mod fleet;
 mod gallery;
@@ -94,6 +95,8 @@ enum Verb {
     Diagnose(diagnose::Arguments),
     /// Add one effect to the model, refit, and judge the step
     Add(add::Arguments),
+    /// Search the residuals for a law that nobody listed: a product of functions of angles, loads, gravity, moves, time
+    Discover(discover::Arguments),
     /// Diagnose, add and refit until only noise remains or nothing helps
     Ladder(ladder::Arguments),
     /// Locate the errors of a calibration: noise floor, lack of fit, residuals by ball, tool, base and joint
@@ -183,6 +186,7 @@ fn perform(verb: &Verb) -> Result<Outcome, Failure> {
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
         Verb::Add(a) => add::run(a),
+        Verb::Discover(a) => discover::run(a),
         Verb::Ladder(a) => ladder::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),

@@ -35,8 +35,8 @@ pub(crate) fn of_library(examination: &Examination, chosen: &[usize], residuals:
     each.map(|c| Listed { name: c.id.to_string(), columns: of(&c.rows) }).collect()
 }
 
-/// Steps of the base, the tool and every joint between two samples that follow each other.
-pub(crate) fn steps(field: &Field<'_>, sample_ids: &[String]) -> Vec<Listed> {
+/// Steps of the base, the tool and every joint between two samples that follow each other; of samples without a time they have no id.
+pub(crate) fn steps(field: &Field<'_>, sample_ids: &[&str], times: Option<&[f64]>) -> Vec<Listed> {
     let n = field.spans.len();
     let every = n.div_ceil(MOMENTS).max(1);
     let index = |site: &str| field.places.iter().position(|p| p.site == site);
@@ -44,7 +44,13 @@ pub(crate) fn steps(field: &Field<'_>, sample_ids: &[String]) -> Vec<Listed> {
     let tool = field.places.iter().find(|p| p.of_tool).and_then(|p| p.site.rsplit_once(':')).map(|s| s.0.to_owned());
     let mut movers = vec![(EffectId::BASE_STEP.to_owned(), shifts("base"))];
     movers.extend(tool.map(|site| (EffectId::TOOL_STEP.to_owned(), shifts(&site))));
-    movers.extend(field.places.iter().enumerate().filter_map(|(k, p)| Some((format!("{}:{}", EffectId::JOINT_STEP, p.joint? + 1), vec![k]))));
+    movers.extend(
+        field
+            .places
+            .iter()
+            .enumerate()
+            .filter_map(|(k, p)| Some((format!("{}:{}", EffectId::JOINT_STEP, p.joint? + 1), vec![k]))),
+    );
     let mut listed = Vec::new();
     for first in (every..n).step_by(every) {
         for (name, places) in &movers {
@@ -54,7 +60,11 @@ pub(crate) fn steps(field: &Field<'_>, sample_ids: &[String]) -> Vec<Listed> {
                     rows.clone().for_each(|r| columns[(r, k)] = field.columns[(place, r)]);
                 }
             }
-            listed.push(Listed { name: format!("{name} between {} and {}", sample_ids[first - 1], sample_ids[first]), columns });
+            let name = match times {
+                Some(times) => format!("{name}:{:.1}", 0.5 * (times[first - 1] + times[first])),
+                None => format!("{name} between {} and {}", sample_ids[first - 1], sample_ids[first]),
+            };
+            listed.push(Listed { name, columns });
         }
     }
     listed

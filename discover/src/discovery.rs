@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use calibench::diagnosis::Examination;
+use calibench::effects::EffectId;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::NamedDataset;
@@ -17,7 +18,7 @@ use crate::rivals::rivals;
 use crate::samples::{Place, known, place_columns, places};
 use crate::score::Products;
 use crate::search::{Field, Found, Shape};
-use crate::variables::Shown;
+use crate::variables::{Shown, Variable};
 
 /// Largest share of data without a law in which one is said to be found.
 pub const FALSE_LAW_RATE: f64 = 0.01;
@@ -55,6 +56,40 @@ pub struct Discovery {
     pub searched: usize,
 }
 
+/// A model with what was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LargerModel {
+    /// The model.
+    pub model: Model,
+    /// Ids of what was added: laws as effects of the user's own, and effects of the catalogue.
+    pub added: Vec<EffectId>,
+    /// Ids of the laws, in their order.
+    pub laws: Vec<String>,
+}
+
+impl Discovery {
+    /// The model with the laws that were found, and with the effects of the catalogue that explain what they explain better.
+    pub fn added_to(&self, model: &Model) -> LargerModel {
+        let mut larger = LargerModel { model: model.clone(), added: Vec::new(), laws: Vec::new() };
+        // A step between two samples without a time is no id.
+        for listed in self.listed.iter().filter(|name| !name.contains(' ')) {
+            if !larger.model.holds(listed) {
+                larger.model = larger.model.with(listed);
+                larger.added.push(EffectId::new(listed));
+            }
+        }
+        for law in &self.laws {
+            let is_free = |name: &String| larger.model.own.iter().all(|own| own.name != *name);
+            let name = (1..).map(|k| format!("law_{k}")).find(is_free).unwrap_or_default();
+            larger.model.own.push(law.effect(&name));
+            larger.model = larger.model.with(&name);
+            larger.added.push(EffectId::new(&name));
+            larger.laws.push(name);
+        }
+        larger
+    }
+}
+
 /// Searches the residuals of a model for laws that nobody listed.
 ///
 /// # Errors
@@ -64,7 +99,8 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
     let data = Data::of(datasets, &examination)?;
     let field = data.field();
     let mut taken = data.fitted.clone();
-    let mut found = Discovery { samples: examination.problem().sample_count(), searched: data.spans.len(), ..Discovery::default() };
+    let mut found =
+        Discovery { samples: examination.problem().sample_count(), searched: data.spans.len(), ..Discovery::default() };
     let mut accepted: Vec<Shape> = Vec::new();
     while accepted.len() < MOST_LAWS {
         let ground = data.ground(&taken);
@@ -77,7 +113,8 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         if let Some((listed, ln_odds)) = listed
             && ln_odds > STANDS_OUT.ln()
             && found.listed.len() < MOST_LISTED
-            && (ln_odds >= of_law - OVER_THE_CATALOGUE.ln() || data.together(&taken, &listed, ln_odds) >= of_law - OVER_THE_CATALOGUE.ln())
+            && (ln_odds >= of_law - OVER_THE_CATALOGUE.ln()
+                || data.together(&taken, &listed, ln_odds) >= of_law - OVER_THE_CATALOGUE.ln())
         {
             taken = beside(&taken, &listed.columns);
             found.listed.push(listed.name);
@@ -91,7 +128,7 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
             found.suspected = Some(law);
             break;
         }
-        law.rivals = rivals(datasets, &examination, &data, &metrics, &searched.best)?;
+        law.rivals = rivals(datasets, &examination, &data, &metrics, [std::slice::from_ref(best), &searched.best]);
         found.laws.push(law);
         accepted.push(best.shape.clone());
         taken = beside(&taken, &columns);
@@ -141,8 +178,7 @@ impl Data {
         let whitened = examination.whitened();
         let measured = spans.last().map_or(0, |s| s.end);
         // Rows of known distances and of priors, which no sample measures, stay.
-        let rows: Vec<usize> =
-            samples.iter().flat_map(|&i| spans[i].clone()).chain(measured..whitened.rows.ncols()).collect();
+        let rows: Vec<usize> = samples.iter().flat_map(|&i| spans[i].clone()).chain(measured..whitened.rows.ncols()).collect();
         let priors: Vec<Stated> = priors(examination);
         let residuals = rows.len() + priors.len();
         let mut fitted = DMatrix::zeros(residuals, whitened.fitted);
@@ -182,8 +218,10 @@ impl Data {
             residual,
         };
         data.catalogue = data.listed.iter().fold(data.catalogue, |all, one| beside(&all, &one.columns));
-        let ids: Vec<String> = samples.iter().map(|&i| problem.sample_ids()[i].clone()).collect();
-        data.listed.extend(catalogue::steps(&data.field(), &ids));
+        let ids: Vec<&str> = samples.iter().map(|&i| problem.sample_ids()[i].as_str()).collect();
+        let times = data.known.iter().find(|k| k.variable == Variable::Time).map(|k| k.values.as_slice());
+        let steps = catalogue::steps(&data.field(), &ids, times);
+        data.listed.extend(steps);
         Ok(data)
     }
 
@@ -229,7 +267,8 @@ impl Data {
         let values = self.factors.product(&found.shape.factors);
         let errors = &values * &fitted.coefficients;
         let place = &self.places[found.shape.place];
-        let terms = self.factors.expressions(&found.shape.factors).into_iter().zip(fitted.coefficients.iter().zip(&fitted.sigmas));
+        let terms =
+            self.factors.expressions(&found.shape.factors).into_iter().zip(fitted.coefficients.iter().zip(&fitted.sigmas));
         let factors = found.shape.factors.iter().map(|&k| &self.factors.all[k]);
         let seen = factors.filter_map(|f| {
             let known = self.known.iter().find(|k| k.variable == f.variable)?;

@@ -6,7 +6,10 @@ use nalgebra::DMatrix;
 use crate::variables::{Function, Variable};
 
 /// Highest order of the waves of a joint over its own angle, per turn.
-const HIGHEST_ORDER: u8 = 40;
+const HIGHEST_ORDER: u8 = 255;
+
+/// Highest order of those of which products are made.
+const HIGHEST_OF_PRODUCTS: u8 = 40;
 
 /// A function varies if its standard deviation is more than this share of its largest value.
 const VARIES: f64 = 1e-3;
@@ -16,8 +19,8 @@ const VARIES: f64 = 1e-3;
 pub(crate) struct Factor {
     /// What it depends on.
     pub variable: Variable,
-    /// The variable is divided by this before.
-    pub scale: f64,
+    /// What is taken from the variable, which is then divided by the scale.
+    pub reference: Reference,
     /// Its functions, one a column.
     pub functions: Vec<Function>,
     /// Its first column among those of all factors.
@@ -34,14 +37,49 @@ impl Factor {
         self.functions.len()
     }
 
+    /// True if it is a wave of unknown phase.
+    pub fn is_wave(&self) -> bool {
+        matches!(self.functions.as_slice(), [Function::Sine(_), Function::Cosine(_)])
+    }
+
     /// Its columns as expressions.
     pub fn expressions(&self) -> Vec<String> {
-        let of = if self.scale == 1.0 {
-            self.variable.expression()
-        } else {
-            format!("({}/{})", self.variable.expression(), self.scale)
+        let Reference { offset, scale } = self.reference;
+        let name = self.variable.expression();
+        let of = match (offset == 0.0, scale == 1.0) {
+            (true, true) => name,
+            (true, false) => format!("({name}/{scale})"),
+            (false, _) => format!("(({name}-{offset})/{scale})"),
         };
         self.functions.iter().map(|f| f.expression(&of)).collect()
+    }
+}
+
+/// Zero and unit of a variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reference {
+    /// Its zero.
+    offset: f64,
+    /// Its unit.
+    scale: f64,
+}
+
+impl Reference {
+    /// That of a variable: its largest value, to two digits, where its size is not known beforehand. A temperature has no zero of its
+    /// own: it is counted from its mean.
+    fn of(variable: Variable, values: &[f64]) -> Self {
+        let largest = |offset: f64| values.iter().fold(0.0f64, |a, x| a.max((x - offset).abs()));
+        let at =
+            |offset: f64| Reference { offset, scale: Some(two_digits(largest(offset))).filter(|l| *l > 0.0).unwrap_or(1.0) };
+        match variable {
+            Variable::Temperature => at(two_digits(values.iter().sum::<f64>() / values.len().max(1) as f64)),
+            Variable::Torque(_) | Variable::Payload | Variable::Time => at(0.0),
+            _ => Reference { offset: 0.0, scale: 1.0 },
+        }
+    }
+
+    fn apply(self, x: f64) -> f64 {
+        (x - self.offset) / self.scale
     }
 }
 
@@ -74,12 +112,19 @@ impl Factors {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for Known { variable, values } in known {
             let turns = factors.turns(*variable);
-            let scale = scale(*variable, values);
+            let reference = Reference::of(*variable, values);
             for Kind { functions, multiplies, only_of } in kinds(*variable, turns) {
                 let own: Vec<Vec<f64>> =
-                    functions.iter().map(|f| values.iter().map(|v| f.at(v / scale)).collect()).collect();
+                    functions.iter().map(|f| values.iter().map(|v| f.at(reference.apply(*v))).collect()).collect();
                 if own.iter().all(|column| varies(column)) {
-                    factors.all.push(Factor { variable: *variable, scale, functions, first: columns.len(), multiplies, only_of });
+                    factors.all.push(Factor {
+                        variable: *variable,
+                        reference,
+                        functions,
+                        first: columns.len(),
+                        multiplies,
+                        only_of,
+                    });
                     columns.extend(own);
                 }
             }
@@ -102,17 +147,21 @@ impl Factors {
         !variable.angles().iter().any(|j| self.travels.contains(j))
     }
 
-    /// Values of the factors' columns at other samples, at which the variables are known in the same order.
-    pub fn elsewhere(&self, known: &[Known]) -> DMatrix<f64> {
+    /// The same factors at other samples; zero where a variable is not known there.
+    pub fn at(&self, known: &[Known]) -> Self {
         let samples = known.first().map_or(0, |k| k.values.len());
         let mut values = DMatrix::zeros(samples, self.values.ncols());
         for factor in &self.all {
             let Some(of) = known.iter().find(|k| k.variable == factor.variable) else { continue };
             for (k, f) in factor.functions.iter().enumerate() {
-                values.column_mut(factor.first + k).iter_mut().zip(&of.values).for_each(|(to, v)| *to = f.at(v / factor.scale));
+                values
+                    .column_mut(factor.first + k)
+                    .iter_mut()
+                    .zip(&of.values)
+                    .for_each(|(to, v)| *to = f.at(factor.reference.apply(*v)));
             }
         }
-        values
+        Factors { values, ..self.clone() }
     }
 }
 
@@ -123,15 +172,6 @@ fn varies(column: &[f64]) -> bool {
     let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
     let largest = column.iter().fold(0.0f64, |a, x| a.max(x.abs()));
     spread.is_finite() && spread > VARIES * largest
-}
-
-/// Scale of a variable: its largest value, to two digits, where its size is not known beforehand.
-fn scale(variable: Variable, values: &[f64]) -> f64 {
-    let largest = values.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-    match variable {
-        Variable::Torque(_) | Variable::Payload | Variable::Time | Variable::Temperature if largest > 0.0 => two_digits(largest),
-        _ => 1.0,
-    }
 }
 
 /// The number to two digits.
@@ -155,18 +195,18 @@ fn kinds(variable: Variable, turns: bool) -> Vec<Kind> {
     let wave = |k: u8, multiplies: bool| Kind { functions: vec![Sine(k), Cosine(k)], multiplies, only_of: None };
     match variable {
         Variable::Joint(j) if turns => {
-            let own = (3..=HIGHEST_ORDER).map(|k| Kind { only_of: Some(j), ..wave(k, true) });
+            let own = (3..=HIGHEST_ORDER).map(|k| Kind { only_of: Some(j), ..wave(k, k <= HIGHEST_OF_PRODUCTS) });
             let common = [wave(1, true), wave(2, true)].into_iter().chain(all(&[Plain, Sine(1), Cosine(1)], true));
-            common.chain(all(&[Square, Abs], false)).chain(own).collect()
+            let both = Kind { functions: vec![Sine(1), Cosine(1), Sine(2), Cosine(2)], multiplies: false, only_of: None };
+            let others = all(&[Square, Cube, Abs, Saturation(3), Saturation(10)], false);
+            common.chain([both]).chain(others).chain(own).collect()
         }
         Variable::Sum(..) | Variable::Difference(..) if turns => vec![wave(1, true), wave(2, false)],
         Variable::Sum(..) | Variable::Difference(..) => Vec::new(),
         Variable::Joint(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
-        Variable::Torque(_) | Variable::Down(_) => [
-            all(&[Plain, Abs, Saturation(3)], true),
-            all(&[Square, Odd, Cube, Saturation(10), Sign], false),
-        ]
-        .concat(),
+        Variable::Torque(_) | Variable::Down(_) => {
+            [all(&[Plain, Abs, Saturation(3)], true), all(&[Square, Odd, Cube, Saturation(10), Sign], false)].concat()
+        }
         Variable::Approach(_) => all(&[Plain], true),
         Variable::Hose(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
         Variable::Move(_) => all(&[Plain, Sign], false),

@@ -20,6 +20,9 @@ const SEED: u64 = 0x0d15_c0e5;
 /// Euler's constant: mean of a standard Gumbel distribution.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
+/// Probability below which the simulated searches say nothing.
+const RAREST: f64 = 1e-4;
+
 /// Correlation beyond which residuals are a walk, and no longer noise.
 const MOST_CORRELATED: f64 = 0.98;
 
@@ -92,6 +95,6 @@ impl Nothing {
         let sd = (found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
         let spread = sd * 6.0f64.sqrt() / std::f64::consts::PI;
         let place = mean - EULER * spread;
-        -(-(-(ln_odds - place) / spread.max(f64::MIN_POSITIVE)).exp()).exp_m1()
+        (-(-(-(ln_odds - place) / spread.max(f64::MIN_POSITIVE)).exp()).exp_m1()).max(RAREST)
     }
 }

@@ -29,17 +29,29 @@ pub struct SeenRange {
     pub unit: &'static str,
 }
 
-/// Another law, or an effect, that these data do not tell from a law.
+/// Another law that these data do not tell from one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
-    /// In words.
-    pub words: String,
-    /// Probability of it against that of the law.
+    /// What errs, in words.
+    pub place: String,
+    /// The site that errs, as in a model file.
+    pub site: String,
+    /// What it follows, as expressions of its terms.
+    pub bases: Vec<String>,
+    /// Its odds against the law.
     pub odds: f64,
-    /// Joint angles (rad or m) of the postures at which the two differ most, the best first; empty if none was found.
-    pub postures: Vec<Vec<f64>>,
-    /// Difference of the two there, in sigma of a measurement.
-    pub sigmas: Vec<f64>,
+    /// The postures that would tell the two apart, the best first; empty if none would, or if the two differ by what no posture sets,
+    /// such as time.
+    pub apart: Vec<Apart>,
+}
+
+/// A posture at which two laws differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Apart {
+    /// Joint angles or travels, rad or m.
+    pub q: Vec<f64>,
+    /// Distance between the two predictions, m.
+    pub differ: f64,
 }
 
 /// A law that the data show.

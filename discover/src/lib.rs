@@ -17,5 +17,5 @@ mod score;
 mod search;
 mod variables;
 
-pub use discovery::{Discovery, FALSE_LAW_RATE, discover};
-pub use law::{Law, LawTerm, Rival, SeenRange};
+pub use discovery::{Discovery, FALSE_LAW_RATE, LargerModel, discover};
+pub use law::{Apart, Law, LawTerm, Rival, SeenRange};

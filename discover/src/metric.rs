@@ -16,7 +16,7 @@ const DEPENDENT: f64 = 1e-6;
 /// The residuals, the columns that are fitted, and those of the catalogue.
 #[derive(Debug, Clone)]
 pub(crate) struct Ground {
-/// Orthonormal columns that span what is fitted (residuals x parameters).
+    /// Orthonormal columns that span what is fitted (residuals x parameters).
     pub fitted: DMatrix<f64>,
     /// Columns of the catalogue after projection, in principal directions.
     background: DMatrix<f64>,

@@ -1,13 +1,19 @@
-//! What cannot be told from a law in these data, and where it could be.
+//! What cannot be told from a law in these data, and the postures at which it could be.
+
+use std::sync::Arc;
 
 use calibench::diagnosis::Examination;
-use calibench::identify::calibration::IdentifyError;
-use calibench::measure::dataset::NamedDataset;
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
+use calibench::prediction::WorkspacePoses;
+use calibench::robot::kinematics::world_from_tool;
+use nalgebra::{DMatrix, DVector};
 
-use crate::discovery::Data;
-use crate::law::Rival;
+use crate::discovery::{Data, Fitted};
+use crate::factors::Factors;
+use crate::law::{Apart, Rival};
 use crate::metric::Metrics;
-use crate::search::Found;
+use crate::samples::{known, place_columns};
+use crate::search::{Field, Found};
 
 /// A law is a rival if its odds are at least this share of those of the best.
 const LIKELY: f64 = 0.05;
@@ -15,16 +21,121 @@ const LIKELY: f64 = 0.05;
 /// Number of rivals that are named.
 const NAMED: usize = 3;
 
-/// The rivals of the best law among those found.
+/// Number of postures that are named for each.
+const POSTURES: usize = 3;
+
+/// Two postures are different if a joint differs by this much, rad.
+const DIFFERENT: f64 = 0.5;
+
+/// The rivals of the best law among all that were found, best first.
 pub(crate) fn rivals(
-    _datasets: &[NamedDataset<'_>],
-    _examination: &Examination,
+    datasets: &[NamedDataset<'_>],
+    examination: &Examination,
     data: &Data,
-    _metrics: &Metrics,
-    found: &[Found],
-) -> Result<Vec<Rival>, IdentifyError> {
-    let Some(best) = found.first() else { return Ok(Vec::new()) };
-    let others = found[1..].iter().filter(|f| f.ln_odds > best.ln_odds + LIKELY.ln());
-    let words = |f: &Found| format!("{}: {}", data.places[f.shape.place].site, data.factors.expressions(&f.shape.factors).join(", "));
-    Ok(others.take(NAMED).map(|f| Rival { words: words(f), odds: (f.ln_odds - best.ln_odds).exp(), postures: Vec::new(), sigmas: Vec::new() }).collect())
+    metrics: &Metrics,
+    [best, others]: [&[Found]; 2],
+) -> Vec<Rival> {
+    let [best] = best else { return Vec::new() };
+    let likely = |f: &&Found| f.shape != best.shape && f.ln_odds > best.ln_odds + LIKELY.ln();
+    let others: Vec<&Found> = others.iter().filter(likely).take(NAMED).collect();
+    let elsewhere = if others.is_empty() { None } else { Elsewhere::of(datasets, examination, data) };
+    let rival = |other: &&Found| Rival {
+        place: data.places[other.shape.place].words.clone(),
+        site: data.places[other.shape.place].site.clone(),
+        bases: data.factors.expressions(&other.shape.factors),
+        odds: (other.ln_odds - best.ln_odds).exp(),
+        apart: elsewhere.as_ref().map_or_else(Vec::new, |there| there.apart(data, metrics, [best, other])),
+    };
+    others.iter().map(rival).collect()
+}
+
+/// Postures over the workspace, as the search sees them.
+struct Elsewhere {
+    q: Vec<Vec<f64>>,
+    /// Whitened columns of the places (places x residuals), and the length of one whitened unit, m, at every posture.
+    columns: DMatrix<f64>,
+    spans: Vec<std::ops::Range<usize>>,
+    lengths: Vec<f64>,
+    /// The factors here, and for each whether its variable is known.
+    factors: Factors,
+    has: Vec<bool>,
+    /// Columns of the fitted parameters (residuals x parameters), zero for those that no posture shows.
+    fitted: DMatrix<f64>,
+}
+
+impl Elsewhere {
+    fn of(datasets: &[NamedDataset<'_>], examination: &Examination, data: &Data) -> Option<Self> {
+        let first = datasets.first()?.dataset;
+        let q = WorkspacePoses::over_limits(datasets).q;
+        let sample = |(k, q): (usize, &Vec<f64>)| {
+            let at = world_from_tool(&first.robot, &first.base, &first.tool, q).translation.vector;
+            Sample::new(format!("w{k}"), q.clone(), Measured::Point(at))
+        };
+        let samples: Vec<Sample> = q.iter().enumerate().map(sample).collect();
+        let robot = Arc::clone(&first.robot);
+        let planned = Dataset { robot, samples, ball_distances: Vec::new(), ..first.clone() };
+        let there = Examination::of_plan(&planned, examination.model()).ok()?;
+        let named = [NamedDataset::new("plan", &planned)];
+        let columns = place_columns(&named, &there, &data.places).ok()?;
+        let known = known(&named, &there).ok()?;
+        let mut spans = Vec::new();
+        there.problem().for_each_sample(&there.fit().values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
+        let world = data.places.iter().position(|p| p.site == "base:x")?;
+        let lengths = spans.iter().map(|rows| rows.clone().map(|r| columns[(world, r)].powi(2)).sum::<f64>().sqrt().recip());
+        let whitened = there.whitened();
+        let names = |e: &Examination| -> Vec<String> {
+            e.fit().kept.iter().map(|&p| e.problem().parameters()[p].name.clone()).collect()
+        };
+        let seen = names(&there);
+        let mut fitted = DMatrix::zeros(whitened.rows.ncols(), data.fitted.ncols());
+        for (k, name) in names(examination).iter().enumerate() {
+            if let Some(row) = seen.iter().position(|s| s == name) {
+                fitted.column_mut(k).copy_from(&whitened.rows.row(row).transpose());
+            }
+        }
+        let has = data.factors.all.iter().map(|f| known.iter().any(|k| k.variable == f.variable)).collect();
+        Some(Elsewhere { lengths: lengths.collect(), q, columns, factors: data.factors.at(&known), has, spans, fitted })
+    }
+
+    /// The postures at which two laws differ most.
+    fn apart(&self, data: &Data, metrics: &Metrics, pair: [&Found; 2]) -> Vec<Apart> {
+        if pair.iter().any(|f| f.shape.factors.iter().any(|&k| !self.has[k])) {
+            return Vec::new();
+        }
+        let field = Field { places: &data.places, columns: &self.columns, factors: &self.factors, spans: &self.spans };
+        let error = |found: &Found| {
+            let columns = data.field().columns_of(&found.shape);
+            let error = &columns * Fitted::of(metrics, &columns).coefficients;
+            let absorbed = solved(&data.fitted, &error);
+            let there = field.columns_of(&found.shape) * Fitted::of(metrics, &columns).coefficients;
+            there - &self.fitted * absorbed
+        };
+        let [one, other] = pair.map(error);
+        let difference = one - other;
+        let of = |(k, rows): (usize, &std::ops::Range<usize>)| Apart {
+            q: self.q[k].clone(),
+            differ: difference.rows(rows.start, rows.len()).norm() * self.lengths[k],
+        };
+        let mut all: Vec<Apart> = self.spans.iter().enumerate().map(of).collect();
+        all.sort_by(|a, b| b.differ.total_cmp(&a.differ));
+        let mut chosen: Vec<Apart> = Vec::new();
+        for one in all {
+            let is_new = |c: &Apart| c.q.iter().zip(&one.q).any(|(a, b)| (a - b).abs() > DIFFERENT);
+            if chosen.len() < POSTURES && chosen.iter().all(is_new) {
+                chosen.push(one);
+            }
+        }
+        chosen
+    }
+}
+
+/// The parameters that absorb an error best, by the columns of the fit.
+fn solved(columns: &DMatrix<f64>, error: &DVector<f64>) -> DVector<f64> {
+    let scales = DVector::from_fn(columns.ncols(), |k, _| columns.column(k).norm().max(f64::MIN_POSITIVE).recip());
+    let mut scaled = columns.clone();
+    scaled.column_iter_mut().zip(&scales).for_each(|(mut c, s)| c *= *s);
+    let normal = scaled.tr_mul(&scaled);
+    normal
+        .cholesky()
+        .map_or_else(|| DVector::zeros(columns.ncols()), |factor| factor.solve(&scaled.tr_mul(error)).component_mul(&scales))
 }

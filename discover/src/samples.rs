@@ -13,7 +13,7 @@ use crate::factors::Known;
 use crate::variables::Variable;
 
 /// A place where an error may arise.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     /// The site, as in a model file.
     pub site: String,
@@ -25,7 +25,12 @@ pub(crate) struct Place {
     pub joint: Option<usize>,
     /// True if it is one of the tool.
     pub of_tool: bool,
+    /// Log of its prior against that of one place among all.
+    pub ln_prior: f64,
 }
+
+/// Share of the prior of all joints, of the tool, of the links, and of the base: what moves errs more often than what is bolted.
+const PRIORS: [f64; 4] = [0.5, 0.25, 0.15, 0.1];
 
 /// The places of an arm: its joints first, since of two places that cannot be told apart the first is named.
 pub(crate) fn places(joints: usize, kind: impl Fn(usize) -> JointKind) -> Vec<Place> {
@@ -36,6 +41,7 @@ pub(crate) fn places(joints: usize, kind: impl Fn(usize) -> JointKind) -> Vec<Pl
             turns: true,
             joint: Some(j),
             of_tool: false,
+            ln_prior: 0.0,
         },
         JointKind::Prismatic => Place {
             site: format!("d:{}", j + 1),
@@ -43,6 +49,7 @@ pub(crate) fn places(joints: usize, kind: impl Fn(usize) -> JointKind) -> Vec<Pl
             turns: false,
             joint: Some(j),
             of_tool: false,
+            ln_prior: 0.0,
         },
     };
     let other = |site: String, words: String, of_tool: bool| Place {
@@ -51,6 +58,7 @@ pub(crate) fn places(joints: usize, kind: impl Fn(usize) -> JointKind) -> Vec<Pl
         words,
         joint: None,
         of_tool,
+        ln_prior: 0.0,
     };
     let tool = ["x", "y", "z", "rx", "ry"].into_iter().map(move |axis| {
         let does = if axis.starts_with('r') { "tilts about" } else { "shifts along" };
@@ -58,14 +66,24 @@ pub(crate) fn places(joints: usize, kind: impl Fn(usize) -> JointKind) -> Vec<Pl
     });
     let links = (1..joints).flat_map(move |k| {
         ["rx", "ry"].map(|axis| {
-            other(format!("flex:{k}:{axis}"), format!("link {k} tilts about {} of its frame", axis.trim_start_matches('r')), false)
+            other(
+                format!("flex:{k}:{axis}"),
+                format!("link {k} tilts about {} of its frame", axis.trim_start_matches('r')),
+                false,
+            )
         })
     });
     let base = ["x", "y", "z", "rx", "ry"].into_iter().map(move |axis| {
         let does = if axis.starts_with('r') { "tilts about" } else { "shifts along" };
         other(format!("base:{axis}"), format!("the base {does} {} of the world", axis.trim_start_matches('r')), false)
     });
-    (0..joints).map(of_joint).chain(tool).chain(links).chain(base).collect()
+    let groups: [Vec<Place>; 4] = [(0..joints).map(of_joint).collect(), tool.collect(), links.collect(), base.collect()];
+    let count = groups.iter().map(Vec::len).sum::<usize>() as f64;
+    let weighed = groups.into_iter().zip(PRIORS).flat_map(|(group, prior)| {
+        let ln_prior = (prior * count / group.len().max(1) as f64).ln();
+        group.into_iter().map(move |place| Place { ln_prior, ..place })
+    });
+    weighed.collect()
 }
 
 /// Name of the effect whose columns are those of the places.

@@ -1,14 +1,19 @@
 //! The evidence for columns: how much better they explain a series than nothing does.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// A column of which the ground leaves less than this share is not seen.
 const SEEN: f64 = 1e-3;
 
+/// Largest number of columns whose products need no memory of their own.
+const FEW: usize = 16;
+
 /// Inner products of a candidate's columns in one metric.
 pub(crate) struct Products {
-    factor: Cholesky<f64, Dyn>,
-    scales: DVector<f64>,
+    /// Rows of the lower triangle of their root, scaled to unit columns, one after the other.
+    root: Vec<f64>,
+    /// The scales.
+    scales: Vec<f64>,
 }
 
 impl Products {
@@ -18,25 +23,60 @@ impl Products {
         if (0..k).any(|i| !(gram[(i, i)] > SEEN * whole[i])) {
             return None;
         }
-        let scales = DVector::from_fn(k, |i, _| gram[(i, i)].sqrt().recip());
-        let scaled = DMatrix::from_fn(k, k, |i, j| gram[(i, j)] * scales[i] * scales[j]);
-        let factor = Cholesky::new(scaled)?;
-        // A column must not be nearly the sum of the others.
-        (0..k).all(|i| factor.l_dirty()[(i, i)].powi(2) > SEEN).then_some(Products { factor, scales })
+        let scales: Vec<f64> = (0..k).map(|i| gram[(i, i)].sqrt().recip()).collect();
+        let mut root: Vec<f64> = Vec::with_capacity(k * (k + 1) / 2);
+        for i in 0..k {
+            for j in 0..=i {
+                let above: f64 = (0..j).map(|l| root[at(i, l)] * root[at(j, l)]).sum();
+                let rest = gram[(i, j)] * scales[i] * scales[j] - above;
+                // A column must not be nearly the sum of the others.
+                match i == j {
+                    true if !(rest > SEEN) => return None,
+                    true => root.push(rest.sqrt()),
+                    false => root.push(rest / root[at(j, j)]),
+                }
+            }
+        }
+        Some(Products { root, scales })
     }
 
     /// Square of what the columns explain of a series, given their products with it.
     pub fn explained(&self, with: &[f64]) -> f64 {
-        let mut half = DVector::from_fn(with.len(), |i, _| with[i] * self.scales[i]);
-        self.factor.l_dirty().solve_lower_triangular_unchecked_mut(&mut half);
-        half.norm_squared()
+        let mut few = [0.0; FEW];
+        let mut many = Vec::new();
+        let half = if with.len() <= FEW {
+            &mut few[..with.len()]
+        } else {
+            many.resize(with.len(), 0.0);
+            &mut many[..]
+        };
+        self.solve_half(with, half);
+        half.iter().map(|h| h * h).sum()
     }
 
     /// Coefficients of the columns that explain a series best.
     pub fn coefficients(&self, with: &[f64]) -> DVector<f64> {
-        let scaled = DVector::from_fn(with.len(), |i, _| with[i] * self.scales[i]);
-        self.factor.solve(&scaled).component_mul(&self.scales)
+        let k = with.len();
+        let mut x = vec![0.0; k];
+        self.solve_half(with, &mut x);
+        for i in (0..k).rev() {
+            let below: f64 = (i + 1..k).map(|l| self.root[at(l, i)] * x[l]).sum();
+            x[i] = (x[i] - below) / self.root[at(i, i)];
+        }
+        DVector::from_fn(k, |i, _| x[i] * self.scales[i])
     }
+
+    fn solve_half(&self, with: &[f64], half: &mut [f64]) {
+        for i in 0..with.len() {
+            let before: f64 = (0..i).map(|l| self.root[at(i, l)] * half[l]).sum();
+            half[i] = (with[i] * self.scales[i] - before) / self.root[at(i, i)];
+        }
+    }
+}
+
+/// Place of an entry of a lower triangle.
+fn at(row: usize, column: usize) -> usize {
+    row * (row + 1) / 2 + column
 }
 
 /// Log evidence of `columns` columns that explain the share `r2` of a series of `dof` degrees of freedom over no columns, by Zellner's

@@ -9,9 +9,13 @@ use crate::factors::Factors;
 use crate::metric::{Metric, Metrics};
 use crate::samples::Place;
 use crate::score::{Products, share_for};
+use crate::variables::Variable;
 
 /// Shares of the prior among laws of one, two and three factors.
 const PRIORS: [f64; 3] = [0.5, 0.35, 0.15];
+
+/// Square of the cosine between the columns of two places from which on they are one.
+const SAME: f64 = 0.998;
 
 /// Number of the best laws of a place that are kept.
 const KEPT: usize = 40;
@@ -86,14 +90,28 @@ impl Field<'_> {
         let joint = self.places[place].joint;
         let all = &self.factors.all;
         let here = |k: &usize| all[*k].only_of.is_none_or(|j| Some(j) == joint);
+        if self.is_another(place) {
+            return Vec::new();
+        }
         let single: Vec<usize> = (0..all.len()).filter(here).collect();
-        let mut shapes: Vec<Vec<usize>> = single.iter().map(|&k| vec![k]).collect();
+        // Of a joint's own angle any curve is an effect of the catalogue: its waves stand for it.
+        let is_law = |k: &&usize| all[**k].is_wave() || joint.is_none_or(|j| all[**k].variable != Variable::Joint(j));
+        let mut shapes: Vec<Vec<usize>> = single.iter().filter(is_law).map(|&k| vec![k]).collect();
         for (n, &a) in single.iter().enumerate() {
             for &b in single[n + 1..].iter().filter(|&&b| self.multiply(a, b)) {
                 shapes.push(vec![a, b]);
             }
         }
         shapes
+    }
+
+    /// True if a place moves what is measured as one before it does, so that no data tell the two from each other.
+    fn is_another(&self, place: usize) -> bool {
+        let own = self.columns.row(place);
+        (0..place).any(|k| {
+            let other = self.columns.row(k);
+            own.dot(&other).powi(2) > SAME * own.norm_squared() * other.norm_squared()
+        })
     }
 
     fn multiply(&self, a: usize, b: usize) -> bool {
@@ -278,7 +296,7 @@ impl<'a> Scan<'a> {
                 None => return,
             }
         }
-        let ln_prior = self.ln_priors[shape.len() - 1];
+        let ln_prior = self.ln_priors[shape.len() - 1] + self.field.places[self.place].ln_prior;
         let mut with = [0.0; WIDEST];
         for series in 0..self.found.of_series.len() {
             let mut explained = [0.0; crate::metric::SIZES.len()];
@@ -318,7 +336,7 @@ impl<'a> Scan<'a> {
     /// Takes the shares that any better law has to explain of a series.
     fn limit(&mut self, series: usize, best: f64) {
         let Metrics { of_size, ln_whole, dof } = self.metrics;
-        let most = self.ln_priors.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let most = self.ln_priors.iter().copied().fold(f64::NEG_INFINITY, f64::max) + self.field.places[self.place].ln_prior;
         let sizes = (of_size.len() as f64).ln();
         for (t, metric) in of_size.iter().enumerate() {
             let wanted = best - most + ln_whole[series] - metric.ln_evidence[series] - sizes;

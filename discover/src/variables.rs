@@ -49,7 +49,8 @@ impl Variable {
         let each = (0..joints).flat_map(|j| {
             [Variable::Joint(j), Variable::Torque(j), Variable::Approach(j), Variable::Hose(j), Variable::Move(j)]
         });
-        let pairs = (0..joints).flat_map(|j| (j + 1..joints).flat_map(move |k| [Variable::Sum(j, k), Variable::Difference(j, k)]));
+        let pairs =
+            (0..joints).flat_map(|j| (j + 1..joints).flat_map(move |k| [Variable::Sum(j, k), Variable::Difference(j, k)]));
         let along = (0..3).flat_map(|k| [Variable::Down(k), Variable::Tcp(k)]);
         each.chain(pairs).chain(along).chain([Variable::Payload, Variable::Time, Variable::Temperature]).collect()
     }
@@ -94,7 +95,9 @@ impl Variable {
     pub fn unit(self, turns: bool) -> Shown {
         let (si, symbol) = match self {
             Variable::Joint(_) | Variable::Sum(..) | Variable::Difference(..) | Variable::Move(_) if turns => (DEG, "deg"),
-            Variable::Joint(_) | Variable::Sum(..) | Variable::Difference(..) | Variable::Move(_) | Variable::Tcp(_) => (MM, "mm"),
+            Variable::Joint(_) | Variable::Sum(..) | Variable::Difference(..) | Variable::Move(_) | Variable::Tcp(_) => {
+                (MM, "mm")
+            }
             Variable::Torque(_) => (1.0, "N.m"),
             Variable::Payload => (1.0, "kg"),
             Variable::Time => (1.0, "s"),

@@ -7,6 +7,7 @@ mod comparison_tables;
 mod diagnosis;
 mod diagnosis_sentences;
 mod disagreement;
+mod discovery;
 pub mod documents;
 mod effect_names;
 mod field;
@@ -44,6 +45,7 @@ pub use comparison_tables::{comparison_headline, comparison_sentences, compariso
 pub use diagnosis::diagnosis_tables;
 pub use diagnosis_sentences::{cause_words, finds_nothing, lacking_sentence, sentences};
 pub use disagreement::{disagreement_sentence, judged_alike};
+pub use discovery::{law_sentences, listed_sentence, no_law_sentence};
 pub use effect_names::{all_called, called, capital, each_called, few_of};
 pub use figures::{
     CROSS_VALIDATED, EXPECTED_HELD_OUT, EXPECTED_INSIDE, EXPECTED_OVER, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED,

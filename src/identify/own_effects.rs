@@ -38,7 +38,7 @@ pub struct OwnEffectTable {
 struct OwnTermTable {
     /// The site that moves: `kind:index` or `kind:index:axis`.
     site: String,
-    /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `q1_before` ..., `q1_commanded` ..., `down_x` ..., `tcp_x_m` ...,
+    /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `hose1` ..., `q1_before` ..., `q1_commanded` ..., `down_x` ..., `tcp_x_m` ...,
     /// `payload_kg`, `time_s`, `temp_c`; its value times the coefficient
     /// is in m or rad, depending on the site.
     basis: String,

@@ -9,11 +9,12 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 12] = [
+const PACKAGES: [(&str, &[&str]); 13] = [
     ("src", &[]),
     ("programs/src", &["calibench"]),
     ("logs/src", &["calibench"]),
-    ("report/src", &["calibench"]),
+    ("discover/src", &["calibench"]),
+    ("report/src", &["calibench", "calibench_discover"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
     ("sim/lab/src", &["calibench", "calibench_report", "calibench_sim"]),
@@ -27,6 +28,7 @@ const PACKAGES: [(&str, &[&str]); 12] = [
             "calibench",
             "calibench_programs",
             "calibench_logs",
+            "calibench_discover",
             "calibench_report",
             "calibench_workbench",
             "calibench_sim",

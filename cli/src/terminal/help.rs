@@ -8,14 +8,14 @@ const STAGES: [(&str, &[&str]); 5] = [
     ("Find what is missing", &["diagnose", "add", "ladder", "compare", "report", "workbench"]),
     ("Use the calibration", &["compensate"]),
     ("Measure", &["plan", "measure"]),
-    (MORE, &["sim", "cell", "keep", "effects", "bench", "robots", "completions", "man", "help"]),
+    (MORE, &["discover", "sim", "cell", "keep", "effects", "bench", "robots", "completions", "man", "help"]),
 ];
 
 /// The stage of the groups, listed with the verbs in them.
 const MORE: &str = "More";
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 38] = [
+const EXAMPLES: [(&str, &[&str]); 39] = [
     (
         "calibrate",
         &["calibrate measurements.csv --robot ur5 --noise 20um --tolerance 0.2mm -o ur5", "calibrate runs/paper/trical -o kr6"],
@@ -26,6 +26,7 @@ const EXAMPLES: [(&str, &[&str]); 38] = [
     ("diagnose", &["diagnose runs/paper/trical", "diagnose runs/A runs/B --model model.toml --json"]),
     ("add", &["add harmonic:2:17 runs/ur10 -o model.toml", "add curve:3:tau2 runs/ur10 --model model.toml"]),
     ("ladder", &["ladder runs/ur10 -o model.toml", "ladder runs/A --check runs/B"]),
+    ("discover", &["discover runs/ur10 -o model.toml"]),
     ("compare", &["compare runs/paper/trical.toml runs/paper/trical"]),
     ("report", &["report runs/paper", "report runs/ur10 --model model.toml -o report.html"]),
     ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml", "workbench --static page"]),

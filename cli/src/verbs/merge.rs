@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::tables::study::{Products, study_json, study_text};
+use crate::tables::study::Products;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Waiting;
 use crate::terminal::streams::output;
-use calibench_lab::study::merge;
+use calibench_lab::study::{merge, study_json, study_text};
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -8,11 +8,11 @@ use toml::Value;
 
 use crate::arguments::choices::{MethodChoice, PlantChoice, seed};
 use crate::arguments::scenario::read_document;
-use crate::tables::study::{Products, study_json, study_text};
+use crate::tables::study::Products;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::{Trials, Waiting};
-use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials};
+use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials, study_json, study_text};
 use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::{Document, KeyError};
 

@@ -1,4 +1,4 @@
-//! A law that nobody listed is found where it is, and none is found where there is none.
+//! A law that nobody listed is found where it is and with what it follows, and taken away; where there is none, none is found.
 
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
@@ -6,7 +6,7 @@ use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::units::MM;
 use calibench_discover::{Discovery, discover};
 
-use super::hidden_laws::{Hidden, LAWS, Place, Without};
+use super::hidden_laws::{Hidden, LAWS, Law, Place, Without};
 
 fn found(dataset: &Dataset) -> Discovery {
     discover(&[NamedDataset::new("robot", dataset)], &Model::default_for(dataset)).expect("a search")
@@ -15,69 +15,137 @@ fn found(dataset: &Dataset) -> Discovery {
 /// Rms error at rows that were not fitted, mm.
 fn measured(dataset: &Dataset, model: &Model) -> f64 {
     let named = [NamedDataset::new("robot", dataset)];
-    let Ok(fit) = identify(&named, model) else { return f64::NAN };
-    let there = fit.predict(&named, Use::Validation).expect("a prediction");
+    let there = identify(&named, model).expect("a fit").predict(&named, Use::Validation).expect("a prediction");
     (there.residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / there.residuals.len() as f64).sqrt() / MM
 }
 
-#[test]
-#[ignore = "dev"]
-fn table_of_laws() {
-    let seeds: Vec<u64> = std::env::var("SEEDS").unwrap_or("1".into()).split(',').map(|s| s.parse().unwrap()).collect();
-    let only: Option<usize> = std::env::var("LAW").ok().map(|s| s.parse().unwrap());
-    let (mut n, mut named, mut placed, mut error) = (0, 0, 0, 0);
-    for number in (0..LAWS).filter(|k| only.is_none_or(|o| o == *k)) {
-        for &seed in &seeds {
-            let hidden = Hidden::law(number, seed);
-            let law = hidden.law.as_ref().expect("a law");
-            let begun = std::time::Instant::now();
-            let found = found(&hidden.dataset);
-            let seconds = begun.elapsed().as_secs_f64();
-            let mut model = Model::default_for(&hidden.dataset);
-            for (k, law) in found.laws.iter().enumerate() {
-                let name = format!("law{k}");
-                model.own.push(law.effect(&name));
-                model = model.with(&name);
-            }
-            for listed in &found.listed {
-                if !listed.contains(' ') && !model.holds(listed) { model = model.with(listed); }
-            }
-            let before = measured(&hidden.dataset, &Model::default_for(&hidden.dataset));
-            let after = measured(&hidden.dataset, &model);
-            let oracle = measured(&hidden.known, &Model::default_for(&hidden.dataset));
-            let best = found.laws.first();
-            let right_place = best.is_some_and(|b| match law.place {
-                Place::Joint(j) => b.site == format!("theta:{}", j + 1),
-                Place::Tool => b.site.starts_with("flex:6"),
-                Place::Base => b.site.starts_with("base"),
-            });
-            let right = right_place && best.is_some_and(|b| b.variables.iter().all(|v| law.follows.iter().any(|f| v.name.contains(f.as_str()))));
-            n += 1; named += usize::from(right); placed += usize::from(right_place); error += usize::from(after <= 1.2 * oracle);
-            println!("{number:2} {seed} {} | {} | {:.4} -> {:.4} oracle {:.4} {} | {:.1}s {} | listed {:?}", if right { "OK " } else if right_place { "PL " } else { "-- " }, law.name, before, after, oracle, if after <= 1.2 * oracle { "ok" } else { "HIGH" }, seconds, found.tried, found.listed);
-            println!("      hidden {:?} {:?}", law.place, law.follows);
-            for l in found.laws.iter().chain(&found.suspected) {
-                println!("      p {:.1e} ln {:.1} {} : {} [{:.0} %]", l.p_false, l.ln_odds, l.site, l.formula(), 100.0 * l.explains);
-                for r in &l.rivals { println!("          rival {:.2} {}", r.odds, r.words); }
-            }
-        }
+/// What became of a hidden law.
+struct Outcome {
+    /// The place is right, and the first law follows nothing that the hidden one does not; or the effect that it is was named.
+    named: bool,
+    placed: bool,
+    /// Error at rows that were not fitted, mm: before, with what was found, and of who knows.
+    errors: [f64; 3],
+    said: String,
+}
+
+fn outcome(hidden: &Hidden) -> Outcome {
+    let Hidden { law: Some(law), dataset, known } = hidden else { panic!("there is a law") };
+    let found = found(dataset);
+    let plain = Model::default_for(dataset);
+    let errors = [measured(dataset, &plain), measured(dataset, &found.added_to(&plain).model), measured(known, &plain)];
+    let is_listed = law.listed.as_ref().is_some_and(|id| found.listed.contains(id));
+    let first = found.laws.first().filter(|first| is_place(law, &first.site));
+    let follows = |name: &str| law.follows.iter().any(|f| name.contains(f.as_str()));
+    let said = match found.laws.first() {
+        Some(first) => format!("{}: {}", first.site, first.formula()),
+        None => format!("{:?}", found.listed),
+    };
+    Outcome {
+        named: is_listed || first.is_some_and(|first| first.variables.iter().all(|v| follows(&v.name))),
+        placed: is_listed || first.is_some(),
+        errors,
+        said,
     }
-    println!("named {named} placed {placed} error {error} of {n}");
+}
+
+fn is_place(law: &Law, site: &str) -> bool {
+    match law.place {
+        Place::Joint(j) => site == format!("theta:{}", j + 1),
+        Place::Tool => site.starts_with("flex:6"),
+        Place::Base => site.starts_with("base"),
+    }
 }
 
 #[test]
-#[ignore = "dev"]
-fn table_of_nothing() {
-    let count: u64 = std::env::var("COUNT").unwrap_or("10".into()).parse().unwrap();
+fn a_law_is_named_and_taken_away() {
+    // A product of angles, a spring that saturates, a tool that rocks, lost motion that the load closes.
+    for (number, seed) in [(11, 501), (15, 502), (25, 503), (37, 504)] {
+        let hidden = Hidden::law(number, seed);
+        let Outcome { named, errors: [before, after, oracle], said, .. } = outcome(&hidden);
+        let name = hidden.law.as_ref().map_or("", |l| l.name);
+        assert!(named, "{name}: {said}");
+        assert!(before > 1.3 * oracle && after < 1.2 * oracle, "{name}: {before:.4} -> {after:.4}, who knows {oracle:.4}");
+    }
+}
+
+#[test]
+fn no_law_is_found_where_there_is_none() {
+    for (kind, seed) in [(Without::White, 501), (Without::Correlated, 502), (Without::Ordinary, 503)] {
+        let found = found(&Hidden::without(kind, seed).dataset);
+        assert!(found.laws.is_empty(), "{kind:?}: {:?}", found.laws);
+    }
+}
+
+#[test]
+fn a_search_finds_the_same_law_every_time() {
+    let hidden = Hidden::law(9, 505);
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread").install(|| found(&hidden.dataset));
+    assert_eq!(alone, found(&hidden.dataset));
+}
+
+#[test]
+fn a_law_as_an_effect_is_what_the_search_saw() {
+    let hidden = Hidden::law(21, 506);
+    let found = found(&hidden.dataset);
+    let larger = found.added_to(&Model::default_for(&hidden.dataset));
+    assert!(!larger.laws.is_empty());
+    let named = [NamedDataset::new("robot", &hidden.dataset)];
+    let fit = identify(&named, &larger.model).expect("a fit");
+    for (law, name) in found.laws.iter().zip(&larger.laws) {
+        for (k, term) in law.terms.iter().enumerate() {
+            let estimate = fit.estimate(&format!("{name}.{}", k + 1)).expect("a coefficient");
+            let apart = (estimate.value - term.coefficient).abs();
+            assert!(apart < 4.0 * term.sigma + 0.02 * term.coefficient.abs(), "{}: {} {}", term.basis, estimate.value, term.coefficient);
+        }
+    }
+}
+
+#[test]
+#[ignore = "a study: validation/run a_hidden_law_is_found"]
+fn forty_laws_on_robots_not_looked_at() {
+    let number = |name: &str, otherwise: u64| std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(otherwise);
+    let (first, robots) = (number("CALIBENCH_FIRST", 901), number("CALIBENCH_ROBOTS", 3));
+    let (mut all, mut named, mut placed, mut taken) = (0.0, 0.0, 0.0, 0.0);
+    println!("| law | named | placed | error before, after, of who knows, mm | what was said of the last |\n|---|---|---|---|---|");
+    for law in 0..LAWS {
+        let outcomes: Vec<(Hidden, Outcome)> = (first..first + robots)
+            .map(|seed| {
+                let hidden = Hidden::law(law, seed);
+                let outcome = outcome(&hidden);
+                (hidden, outcome)
+            })
+            .collect();
+        let count = |is: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|(_, o)| is(o)).count();
+        let is_taken = |o: &Outcome| o.errors[1] <= 1.2 * o.errors[2];
+        let counts = [count(&|o| o.named), count(&|o| o.placed), count(&is_taken)];
+        all += outcomes.len() as f64;
+        named += counts[0] as f64;
+        placed += counts[1] as f64;
+        taken += counts[2] as f64;
+        let errors: Vec<String> =
+            outcomes.iter().map(|(_, o)| o.errors.map(|e| format!("{e:.3}")).join(", ")).collect();
+        let (hidden, last) = &outcomes[outcomes.len() - 1];
+        let (name, follows) = hidden.law.as_ref().map_or(("", String::new()), |l| (l.name, format!("{:?} {:?}", l.place, l.follows)));
+        println!("| {name} | {} | {} | {} | {follows}: {} |", counts[0], counts[1], errors.join("; "), last.said);
+    }
+    println!("named {:.0} %, placed {:.0} %, error at most 1.2 of who knows {:.0} % of {all}", 100.0 * named / all, 100.0 * placed / all, 100.0 * taken / all);
+    assert!(named >= 0.7 * all && placed >= 0.95 * all && taken >= 0.8 * all);
+}
+
+#[test]
+#[ignore = "a study: validation/run a_hidden_law_is_found"]
+fn three_hundred_robots_without_a_law() {
+    let robots = std::env::var("CALIBENCH_ROBOTS").ok().and_then(|t| t.parse().ok()).unwrap_or(100);
     for kind in [Without::White, Without::Correlated, Without::Ordinary] {
         let mut false_laws = 0;
-        for seed in 0..count {
-            let hidden = Hidden::without(kind, seed);
-            let found = found(&hidden.dataset);
+        for seed in 901..901 + robots {
+            let found = found(&Hidden::without(kind, seed).dataset);
             false_laws += usize::from(!found.laws.is_empty());
-            for l in found.laws.iter().chain(&found.suspected) {
-                println!("   {seed} p {:.1e} ln {:.1} {} : {} [{:.0} %] listed {:?}", l.p_false, l.ln_odds, l.site, l.formula(), 100.0 * l.explains, found.listed);
-            }
+            found.laws.iter().for_each(|l| println!("{kind:?} {seed}: {} {}", l.site, l.formula()));
         }
-        println!("{kind:?}: {false_laws} of {count}");
+        println!("{kind:?}: a law in {false_laws} of {robots}");
+        // One in a hundred is promised: more than five of a hundred come by chance once in 1,700.
+        assert!(false_laws as f64 <= 0.05 * robots as f64);
     }
 }

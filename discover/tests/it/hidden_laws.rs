@@ -32,7 +32,7 @@ pub struct At<'a> {
     pub q: &'a [f64],
     /// The posture before.
     pub before: &'a [f64],
-    /// Loads on the joints by gravity, as a share of the largest on joint 2.
+    /// Loads on the joints by gravity, as a share of the largest on each.
     pub load: &'a [f64],
     /// Direction of gravity in the axes of the flange.
     pub down: Vector3<f64>,
@@ -53,6 +53,8 @@ pub struct Law {
     pub name: &'static str,
     pub place: Place,
     pub follows: Vec<String>,
+    /// The effect of the catalogue that it is, if it is one.
+    pub listed: Option<String>,
     /// Size of the error, of rms one or so.
     size: Size,
     /// Axis of the tool or of the world along which it shifts.
@@ -88,10 +90,14 @@ impl Law {
         let tau = |k: usize| format!("tau{}", k + 1);
         let came = |k: usize| format!("approach{}", k + 1);
         let down = along.to_owned();
-        let of_joint = |name, follows: Vec<String>, size: Size| Law { name, place: Place::Joint(j), follows, size, axis };
-        let of_load = |name, follows: Vec<String>, size: Size| Law { name, place: Place::Joint(l), follows, size, axis };
-        let of_tool = |name, follows: Vec<String>, size: Size| Law { name, place: Place::Tool, follows, size, axis };
-        let of_base = |name, follows: Vec<String>, size: Size| Law { name, place: Place::Base, follows, size, axis };
+        let of_joint =
+            |name, follows: Vec<String>, size: Size| Law { name, place: Place::Joint(j), follows, listed: None, size, axis };
+        let of_load =
+            |name, follows: Vec<String>, size: Size| Law { name, place: Place::Joint(l), follows, listed: None, size, axis };
+        let of_tool =
+            |name, follows: Vec<String>, size: Size| Law { name, place: Place::Tool, follows, listed: None, size, axis };
+        let of_base =
+            |name, follows: Vec<String>, size: Size| Law { name, place: Place::Base, follows, listed: None, size, axis };
         let g = move |at: &At<'_>| at.down.dot(&axis);
         match number {
             0 => of_joint("sine of another angle", vec![q(v)], Box::new(move |a| 1.4 * (a.q[v] + p).sin())),
@@ -100,12 +106,20 @@ impl Law {
             3 => of_joint("square of another angle", vec![q(v)], Box::new(move |a| 0.5 * a.q[v] * a.q[v])),
             4 => of_joint("kink of another angle", vec![q(v)], Box::new(move |a| a.q[v].abs())),
             5 => of_joint("step of another angle", vec![q(v)], Box::new(move |a| (4.0 * a.q[v]).tanh())),
-            6 => of_joint("waves of another angle", vec![q(v)], Box::new(move |a| (a.q[v] + p).sin() + 0.7 * (2.0 * a.q[v] + r).sin())),
+            6 => of_joint(
+                "waves of another angle",
+                vec![q(v)],
+                Box::new(move |a| (a.q[v] + p).sin() + 0.7 * (2.0 * a.q[v] + r).sin()),
+            ),
             7 => of_joint("sine of a sum", vec![q(v), q(w)], Box::new(move |a| 1.4 * (a.q[v] + a.q[w] + p).sin())),
             8 => of_joint("sine of a difference", vec![q(v), q(w)], Box::new(move |a| 1.4 * (a.q[v] - a.q[w] + p).sin())),
             9 => of_joint("product of sines", vec![q(v), q(w)], Box::new(move |a| 2.0 * a.q[v].sin() * a.q[w].sin())),
-            10 => of_joint("product of sine and cosine", vec![q(v), q(w)], Box::new(move |a| 2.0 * a.q[v].sin() * a.q[w].cos())),
-            11 => of_joint("product of waves", vec![q(v), q(w)], Box::new(move |a| 2.0 * (a.q[v] + p).sin() * (a.q[w] + r).sin())),
+            10 => {
+                of_joint("product of sine and cosine", vec![q(v), q(w)], Box::new(move |a| 2.0 * a.q[v].sin() * a.q[w].cos()))
+            }
+            11 => {
+                of_joint("product of waves", vec![q(v), q(w)], Box::new(move |a| 2.0 * (a.q[v] + p).sin() * (a.q[w] + r).sin()))
+            }
             12 => of_joint("product of angles", vec![q(v), q(w)], Box::new(move |a| 0.6 * a.q[v] * a.q[w])),
             13 => of_joint("wave times angle", vec![q(v), q(w)], Box::new(move |a| (a.q[v] + p).sin() * a.q[w])),
             14 => of_joint("own angle times another", vec![q(j), q(v)], Box::new(move |a| 2.0 * a.q[j].sin() * a.q[v].sin())),
@@ -113,27 +127,86 @@ impl Law {
             16 => of_load("hardening spring", vec![tau(l)], Box::new(move |a| 2.0 * a.load[l] * a.load[l].abs())),
             17 => of_load("one-sided spring", vec![tau(l)], Box::new(move |a| 3.0 * a.load[l].max(0.0))),
             18 => of_load("backlash that the load closes", vec![tau(l)], Box::new(move |a| a.load[l].signum())),
-            19 => of_load("dead zone", vec![tau(l)], Box::new(move |a| 3.0 * (a.load[l].abs() - 0.3).max(0.0) * a.load[l].signum())),
-            20 => of_joint("load of another joint", vec![tau(2)], Box::new(move |a| 3.0 * a.load[2])),
-            21 => of_load("spring that the angle weakens", vec![tau(l), q(l)], Box::new(move |a| 3.0 * a.load[l] * (a.q[l] + p).sin())),
-            22 => of_joint("hose with play", vec![format!("hose{}", v + 1)], Box::new(move |a| 1.4 * (a.q[v] - a.hose[v]) / PLAY)),
-            23 => of_joint("square of a hose with play", vec![format!("hose{}", v + 1)], Box::new(move |a| 2.0 * ((a.q[v] - a.hose[v]) / PLAY).powi(2))),
-            24 => of_joint("hose that pulls where another joint lets it", vec![format!("hose{}", v + 1), q(w)], Box::new(move |a| 2.0 * (a.q[v] - a.hose[v]) / PLAY * a.q[w].cos())),
+            19 => of_load(
+                "dead zone",
+                vec![tau(l)],
+                Box::new(move |a| 3.0 * (a.load[l].abs() - 0.3).max(0.0) * a.load[l].signum()),
+            ),
+            20 => Law {
+                listed: Some(if j == 2 { "joint_compliance".into() } else { format!("cross_compliance:{}:3", j + 1) }),
+                ..of_joint("load of another joint", vec![tau(2)], Box::new(move |a| 3.0 * a.load[2]))
+            },
+            21 => of_load(
+                "spring that the angle weakens",
+                vec![tau(l), q(l)],
+                Box::new(move |a| 3.0 * a.load[l] * (a.q[l] + p).sin()),
+            ),
+            22 => Law {
+                listed: Some(format!("hose_drag:{}:{}", j + 1, v + 1)),
+                ..of_joint(
+                    "hose with play",
+                    vec![format!("hose{}", v + 1)],
+                    Box::new(move |a| 1.4 * (a.q[v] - a.hose[v]) / PLAY),
+                )
+            },
+            23 => of_joint(
+                "square of a hose with play",
+                vec![format!("hose{}", v + 1)],
+                Box::new(move |a| 2.0 * ((a.q[v] - a.hose[v]) / PLAY).powi(2)),
+            ),
+            24 => of_joint(
+                "hose that pulls where another joint lets it",
+                vec![format!("hose{}", v + 1), q(w)],
+                Box::new(move |a| 2.0 * (a.q[v] - a.hose[v]) / PLAY * a.q[w].cos()),
+            ),
             25 => of_tool("rocking tool", vec![down], Box::new(move |a| (sharp * g(a)).tanh())),
-            26 => of_tool("bending tool", vec![down], Box::new(move |a| 1.7 * g(a))),
+            26 => Law {
+                listed: Some("tool_bending".into()),
+                ..of_tool("bending tool", vec![down], Box::new(move |a| 1.7 * g(a)))
+            },
             27 => of_tool("tool that falls to either side", vec![down], Box::new(move |a| g(a).signum())),
             28 => of_tool("tool that gives way one way", vec![down], Box::new(move |a| 2.0 * g(a).abs())),
             29 => of_tool("tool that a hose pulls", vec![q(4)], Box::new(move |a| 1.4 * (a.q[4] + p).sin())),
-            30 => of_load("ripple under load", vec![q(l), tau(l)], Box::new(move |a| 3.0 * a.load[l] * (order * a.q[l] + p).sin())),
-            31 => of_load("ripple that any load makes", vec![q(l), tau(l)], Box::new(move |a| 3.0 * a.load[l].abs() * (order * a.q[l] + p).sin())),
-            32 => of_joint("ripple that another angle opens", vec![q(j), q(v)], Box::new(move |a| 2.0 * (order * a.q[j] + p).sin() * a.q[v].cos())),
+            30 => of_load(
+                "ripple under load",
+                vec![q(l), tau(l)],
+                Box::new(move |a| 3.0 * a.load[l] * (order * a.q[l] + p).sin()),
+            ),
+            31 => of_load(
+                "ripple that any load makes",
+                vec![q(l), tau(l)],
+                Box::new(move |a| 3.0 * a.load[l].abs() * (order * a.q[l] + p).sin()),
+            ),
+            32 => of_joint(
+                "ripple that another angle opens",
+                vec![q(j), q(v)],
+                Box::new(move |a| 2.0 * (order * a.q[j] + p).sin() * a.q[v].cos()),
+            ),
             33 => of_joint("warming joint", vec!["temp_c".into(), "time_s".into()], Box::new(move |a| a.warm / 6.0)),
-            34 => of_joint("warming joint by its angle", vec!["temp_c".into(), "time_s".into(), q(v)], Box::new(move |a| a.warm / 4.0 * (a.q[v] + p).sin())),
-            35 => of_base("settling base", vec!["time_s".into(), "temp_c".into()], Box::new(move |a| 3.0 * (-6.0 * a.hours).exp())),
+            34 => of_joint(
+                "warming joint by its angle",
+                vec!["temp_c".into(), "time_s".into(), q(v)],
+                Box::new(move |a| a.warm / 4.0 * (a.q[v] + p).sin()),
+            ),
+            35 => of_base(
+                "settling base",
+                vec!["time_s".into(), "temp_c".into()],
+                Box::new(move |a| 3.0 * (-6.0 * a.hours).exp()),
+            ),
             36 => of_joint("lost motion by another joint", vec![came(v)], Box::new(move |a| a.came[v])),
-            37 => of_load("lost motion under load", vec![came(l), tau(l)], Box::new(move |a| 3.0 * a.came[l] * a.load[l].abs())),
-            38 => of_joint("lost motion that an angle opens", vec![came(j), q(v)], Box::new(move |a| 1.4 * a.came[j] * (a.q[v] + p).sin())),
-            _ => of_joint("three angles", vec![q(v), q(w), q(j)], Box::new(move |a| 2.8 * a.q[v].sin() * a.q[w].sin() * a.q[j].cos())),
+            37 => {
+                of_load("lost motion under load", vec![came(l), tau(l)], Box::new(move |a| 3.0 * a.came[l] * a.load[l].abs()))
+            }
+            38 => of_joint(
+                "lost motion that an angle opens",
+                vec![came(j), q(v)],
+                Box::new(move |a| 1.4 * a.came[j] * (a.q[v] + p).sin()),
+            ),
+            _ => of_joint(
+                "three angles",
+                vec![q(v), q(w), q(j)],
+                Box::new(move |a| 2.8 * a.q[v].sin() * a.q[w].sin() * a.q[j].cos()),
+            ),
         }
     }
 }
@@ -187,11 +260,12 @@ impl Hidden {
         let postures: Vec<Vec<f64>> = (0..FITTED + JUDGING)
             .map(|_| robot.links.iter().map(|l| rng.random_range(l.limits[0].max(-2.6)..l.limits[1].min(2.6))).collect())
             .collect();
-        let largest = postures.iter().map(|q| loads(&robot, q)[1].abs()).fold(1e-9, f64::max);
+        let most = |j: usize| postures.iter().map(|q| loads(&robot, q)[j].abs()).fold(1e-9, f64::max);
+        let largest: Vec<f64> = (0..6).map(most).collect();
         for (k, q) in postures.iter().enumerate() {
             let lies = hose.get_or_insert_with(|| q.clone());
             lies.iter_mut().zip(q).for_each(|(lies, q)| *lies = lies.clamp(q - PLAY, q + PLAY));
-            let load: Vec<f64> = loads(&robot, q).iter().map(|t| t / largest).collect();
+            let load: Vec<f64> = loads(&robot, q).iter().zip(&largest).map(|(t, l)| t / l).collect();
             let came: Vec<f64> = q.iter().zip(&before).map(|(q, b)| if q > b { 1.0 } else { -1.0 }).collect();
             let frame = FramePose::default();
             let down: Vector3<f64> =

@@ -3,8 +3,8 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Judged, Ladder, Misfit, Next,
-    Recovery, Run, Runs, SideBySide, Step, Validated,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Discovery, Fleet, ImportReport, Judged, Ladder,
+    Misfit, Next, Recovery, Run, Runs, SideBySide, Step, Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.
@@ -17,6 +17,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-compensation", schema_for!(Compensation)),
         ("calibench-detectability", schema_for!(Detectability)),
         ("calibench-diagnosis", schema_for!(Diagnosis)),
+        ("calibench-discovery", schema_for!(Discovery)),
         ("calibench-fleet", schema_for!(Fleet)),
         ("calibench-import-report", schema_for!(ImportReport)),
         ("calibench-judgement", schema_for!(Judged)),

@@ -19,6 +19,7 @@ mod run;
 mod summary;
 mod sweep;
 mod tail;
+mod text;
 mod trial;
 
 use std::sync::Arc;
@@ -41,6 +42,7 @@ pub use run::run;
 pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
 pub use sweep::{SweepPoint, sweep_points};
 pub use tail::{Tail, TailQuantile};
+pub use text::{study_json, study_text};
 
 use rare::tilt;
 

@@ -133,10 +133,11 @@ impl Examination {
     /// The whitened rows from which everything else is computed: what a search among other shapes begins with.
     pub fn whitened(&self) -> WhitenedRows<'_> {
         let fitted = self.fitted.len();
-        let columns = self.library.candidates.iter().zip(&self.spans).map(|(candidate, span)| CandidateRows {
-            id: &candidate.id,
-            rows: fitted + span.first..fitted + span.range().end,
-        });
+        let columns =
+            self.library.candidates.iter().zip(&self.spans).map(|(candidate, span)| CandidateRows {
+                id: &candidate.id,
+                rows: fitted + span.first..fitted + span.range().end,
+            });
         WhitenedRows { rows: &self.rows, fitted, candidates: columns.collect() }
     }
 

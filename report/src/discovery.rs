@@ -1,0 +1,96 @@
+//! A search for laws in words.
+
+use calibench::robot::{JointKind, Robot};
+use calibench::units::{DEG, MM, Unit, decimal};
+use calibench_discover::{Discovery, FALSE_LAW_RATE, Law, Rival};
+
+/// The law, where it was seen, how sure it is, and what is not told from it: a sentence each.
+#[must_use]
+pub fn law_sentences(law: &Law, robot: &Robot) -> Vec<String> {
+    let unit = if law.turns { Unit::DEG } else { Unit::MM };
+    let seen = law.variables.iter().map(|v| {
+        let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
+        format!("{} from {} to {}{unit}", v.name.trim_matches(['(', ')']), short(v.range.start), short(v.range.end))
+    });
+    let mut sentences = vec![
+        format!(
+            "{} by {} (rms {:.4} {} at the measured postures): it follows {}.",
+            crate::capital(&law.place),
+            law.formula(),
+            unit.from_si(law.rms),
+            unit.symbol,
+            law.follows()
+        ),
+        format!("Seen for {}; nothing is known of it elsewhere.", seen.collect::<Vec<_>>().join(", ")),
+        format!("It explains {:.0} % of what the model leaves; {}.", 100.0 * law.explains, chance(law)),
+    ];
+    sentences.extend(law.rivals.iter().map(|rival| rival_sentence(law, rival, robot)));
+    sentences
+}
+
+/// How often chance makes a law as good.
+fn chance(law: &Law) -> String {
+    match law.p_false {
+        p if p < 2e-4 => "in data without a law, fewer than 1 search in 5,000 finds one as good".into(),
+        p => format!(
+            "in data without a law, {} searches in 100 find one as good",
+            decimal(100.0 * p, if p < 0.1 { 1 } else { 0 })
+        ),
+    }
+}
+
+fn rival_sentence(law: &Law, rival: &Rival, robot: &Robot) -> String {
+    let place = if rival.site == law.site { "the same with".into() } else { format!("{} by", rival.place) };
+    let what = format!("Not told from it: {place} {} (odds {:.2} to 1)", rival.bases.join(", "), rival.odds);
+    let at = |q: &[f64]| {
+        let shown = |(j, q): (usize, &f64)| {
+            if robot.kind(j) == JointKind::Revolute { decimal(q / DEG, 0) } else { format!("{} mm", decimal(q / MM, 0)) }
+        };
+        q.iter().enumerate().map(shown).collect::<Vec<String>>().join(", ")
+    };
+    match rival.apart.first() {
+        Some(first) => {
+            format!("{what}; at joints {} the two differ by {} mm.", at(&first.q), decimal(first.differ / MM, 3))
+        }
+        None => format!("{what}."),
+    }
+}
+
+/// What the search says if it takes no law; `None` if it takes one.
+#[must_use]
+pub fn no_law_sentence(found: &Discovery) -> Option<String> {
+    if !found.laws.is_empty() {
+        return None;
+    }
+    let tried = format!("{} laws were tried on {} samples", thousands(found.tried), found.searched);
+    Some(match &found.suspected {
+        Some(law) => format!(
+            "No law is certain: {tried}. The best: {} by {}; {}, and at most {:.0} is accepted.",
+            law.place,
+            law.formula(),
+            chance(law),
+            100.0 * FALSE_LAW_RATE
+        ),
+        None => format!("No law stands out: {tried}, and none explains more than chance or the catalogue does."),
+    })
+}
+
+/// What the catalogue explains better than any law.
+#[must_use]
+pub fn listed_sentence(found: &Discovery) -> Option<String> {
+    let names: Vec<String> = found.listed.iter().map(|n| format!("`{n}`")).collect();
+    (!names.is_empty())
+        .then(|| format!("Explained by the catalogue at least as well as by any law, and fitted beside: {}.", names.join(", ")))
+}
+
+/// A number to four digits.
+fn short(x: f64) -> String {
+    decimal(x, if x.abs() < 10.0 { 2 } else { 0 })
+}
+
+/// A number with its thousands apart.
+fn thousands(n: usize) -> String {
+    let digits = n.to_string();
+    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|g| std::str::from_utf8(g).ok()).collect();
+    groups.join(",")
+}
