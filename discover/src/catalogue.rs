@@ -3,6 +3,7 @@
 use calibench::diagnosis::Examination;
 use calibench::effects::EffectId;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use crate::factors::Factor;
 use crate::metric::Metrics;
@@ -93,12 +94,22 @@ pub(crate) fn name_of(shape: &Shape, places: &[Place], factors: &[Factor]) -> Op
     }
 }
 
-/// The best of several listed effects, and its log odds against nothing.
-pub(crate) fn best<'a>(listed: &'a [Listed], metrics: &Metrics) -> Option<(&'a Listed, f64)> {
+/// A listed effect, and its log odds against nothing.
+#[derive(Debug, Clone)]
+pub(crate) struct Likely {
+    /// The effect.
+    pub listed: Listed,
+    /// Its log odds, the number of those tried included.
+    pub ln_odds: f64,
+}
+
+/// The best of several listed effects.
+pub(crate) fn best(listed: &[Listed], metrics: &Metrics) -> Option<Likely> {
     let ln_prior = -(listed.len().max(1) as f64).ln();
-    let of = |one: &'a Listed| Some((one, ln_prior + metrics.ln_evidence_of(&one.columns)?));
-    listed.iter().filter_map(of).fold(None, |best: Option<(&Listed, f64)>, one| match best {
-        Some(b) if b.1 >= one.1 => Some(b),
-        _ => Some(one),
-    })
+    let odds: Vec<f64> = listed
+        .par_iter()
+        .map(|one| metrics.ln_evidence_of(&one.columns).map_or(f64::NEG_INFINITY, |ln| ln_prior + ln))
+        .collect();
+    let best = (0..odds.len()).reduce(|best, k| if odds[k] > odds[best] { k } else { best })?;
+    odds[best].is_finite().then(|| Likely { listed: listed[best].clone(), ln_odds: odds[best] })
 }

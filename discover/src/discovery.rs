@@ -7,9 +7,10 @@ use calibench::effects::EffectId;
 use calibench::identify::Model;
 use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::NamedDataset;
+use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, DVector};
 
-use crate::catalogue::{self, Listed};
+use crate::catalogue::{self, Likely, Listed};
 use crate::factors::{Factors, Known};
 use crate::false_laws::Nothing;
 use crate::law::{Law, LawTerm, SeenRange};
@@ -29,12 +30,21 @@ const OVER_THE_CATALOGUE: f64 = 20.0;
 /// Odds below which nothing is said to stand out.
 const STANDS_OUT: f64 = 3.0;
 
+/// Probability of its place from which on a law is taken.
+const CERTAIN: f64 = 0.9;
+
 /// Largest number of laws, and of effects of the catalogue beside them.
 const MOST_LAWS: usize = 3;
 /// Largest number of effects of the catalogue that are taken.
-const MOST_LISTED: usize = 6;
+const MOST_LISTED: usize = 12;
 /// Number of effects of the catalogue that together may stand for one law.
 const TOGETHER: usize = 3;
+
+/// Rms of an error of an angle, rad, beyond which it is none of a calibrated arm: a degree is a lost zero, not a law.
+const LARGEST_TURN: f64 = 0.3 * DEG;
+
+/// Rms of a displacement, m, beyond which it is none of a calibrated arm.
+const LARGEST_SHIFT: f64 = 3.0 * MM;
 
 /// Samples among which a search is made: of more, as many at equal steps.
 const MOST_SAMPLES: usize = 400;
@@ -44,7 +54,7 @@ const MOST_SAMPLES: usize = 400;
 pub struct Discovery {
     /// The laws, the most evident first.
     pub laws: Vec<Law>,
-    /// The best law that chance makes too often, if the search ended with one.
+    /// The best law, if chance makes one as good too often, or if its place is uncertain: the search ended with it.
     pub suspected: Option<Law>,
     /// Effects of the catalogue that explain better what they explain than any law, in the order in which they were found.
     pub listed: Vec<String>,
@@ -107,33 +117,49 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         let metrics = ground.metrics();
         let searched = field.search(&metrics, true);
         found.tried += searched.tried;
-        let best = searched.best.iter().find(|f| catalogue::name_of(&f.shape, &data.places, &data.factors.all).is_none());
-        let listed = data.best_listed(&searched.best, &metrics);
+        let best = searched.best.iter().find(|f| data.is_law(f, &metrics));
+        let listed = data.best_listed(&metrics);
         let of_law = best.map_or(f64::NEG_INFINITY, |f| f.ln_odds);
-        if let Some((listed, ln_odds)) = listed
-            && ln_odds > STANDS_OUT.ln()
-            && found.listed.len() < MOST_LISTED
-            && (ln_odds >= of_law - OVER_THE_CATALOGUE.ln()
-                || data.together(&taken, &listed, ln_odds) >= of_law - OVER_THE_CATALOGUE.ln())
-        {
-            taken = beside(&taken, &listed.columns);
-            found.listed.push(listed.name);
-            continue;
+        if let Some(listed) = listed.filter(|l| l.ln_odds > STANDS_OUT.ln()) {
+            let chain = data.together(&taken, listed);
+            let sum = |count: usize| chain[..count].iter().map(|l| l.ln_odds).sum::<f64>();
+            let needed = (1..=chain.len()).find(|&count| sum(count) >= of_law - OVER_THE_CATALOGUE.ln());
+            if let Some(needed) = needed {
+                if found.listed.len() + needed > MOST_LISTED {
+                    break;
+                }
+                for one in chain.into_iter().take(needed) {
+                    taken = beside(&taken, &one.listed.columns);
+                    found.listed.push(one.listed.name);
+                }
+                continue;
+            }
         }
         let Some(best) = best.filter(|f| f.ln_odds > STANDS_OUT.ln()) else { break };
         let columns = field.columns_of(&best.shape);
         let p_false = Nothing::beside(&field, &ground, &metrics, &columns).p_of(&field, &ground, &data.catalogue, best.ln_odds);
         let mut law = data.law(best, &metrics, p_false);
-        if p_false > FALSE_LAW_RATE {
+        law.p_place = p_place(&searched.best, best.shape.place);
+        law.rivals = rivals(datasets, &examination, &data, &metrics, [std::slice::from_ref(best), &searched.best]);
+        if p_false > FALSE_LAW_RATE || law.p_place < CERTAIN {
             found.suspected = Some(law);
             break;
         }
-        law.rivals = rivals(datasets, &examination, &data, &metrics, [std::slice::from_ref(best), &searched.best]);
         found.laws.push(law);
         accepted.push(best.shape.clone());
         taken = beside(&taken, &columns);
     }
     Ok(found)
+}
+
+/// Probability that a law is at this place, if one of those found is there.
+fn p_place(found: &[Found], place: usize) -> f64 {
+    let best = found.first().map_or(0.0, |f| f.ln_odds);
+    let (here, all) = found.iter().fold((0.0, 0.0), |(here, all), f| {
+        let odds = (f.ln_odds - best).exp();
+        (here + if f.shape.place == place { odds } else { 0.0 }, all + odds)
+    });
+    if all > 0.0 { here / all } else { 0.0 }
 }
 
 /// Columns beside others.
@@ -235,29 +261,37 @@ impl Data {
         Ground::new(taken, &self.catalogue, &DMatrix::from_columns(std::slice::from_ref(&self.residual)))
     }
 
-    /// The best effect that somebody listed, in the library or as a law of the search.
-    fn best_listed(&self, searched: &[Found], metrics: &Metrics) -> Option<(Listed, f64)> {
-        let listed = catalogue::best(&self.listed, metrics).map(|(one, ln_odds)| (one.clone(), ln_odds));
-        let named = searched.iter().find_map(|f| {
+    /// True if what was found is a law that nobody listed, of a size that can be.
+    fn is_law(&self, found: &Found, metrics: &Metrics) -> bool {
+        let largest = if self.places[found.shape.place].turns { LARGEST_TURN } else { LARGEST_SHIFT };
+        catalogue::name_of(&found.shape, &self.places, &self.factors.all).is_none()
+            && self.law(found, metrics, 0.0).rms < largest
+    }
+
+    /// The best effect that somebody listed: of the library, a step, or a wave of a joint.
+    fn best_listed(&self, metrics: &Metrics) -> Option<Likely> {
+        let listed = catalogue::best(&self.listed, metrics);
+        let wave = self.field().best_wave(metrics).and_then(|f| {
             let name = catalogue::name_of(&f.shape, &self.places, &self.factors.all)?;
-            Some((Listed { name, columns: self.field().columns_of(&f.shape) }, f.ln_odds))
+            Some(Likely { listed: Listed { name, columns: self.field().columns_of(&f.shape) }, ln_odds: f.ln_odds })
         });
-        match (listed, named) {
-            (Some(a), Some(b)) => Some(if a.1 >= b.1 { a } else { b }),
+        match (listed, wave) {
+            (Some(a), Some(b)) => Some(if a.ln_odds >= b.ln_odds { a } else { b }),
             (a, b) => a.or(b),
         }
     }
 
-    /// Log odds of this listed effect with the best that are found beside it.
-    fn together(&self, taken: &DMatrix<f64>, listed: &Listed, ln_odds: f64) -> f64 {
-        let (mut all, mut sum) = (beside(taken, &listed.columns), ln_odds);
-        for _ in 1..TOGETHER {
+    /// This listed effect, and those that stand out beside it, one after the other.
+    fn together(&self, taken: &DMatrix<f64>, first: Likely) -> Vec<Likely> {
+        let mut all = beside(taken, &first.listed.columns);
+        let mut chain = vec![first];
+        while chain.len() < TOGETHER {
             let metrics = self.ground(&all).metrics();
-            let Some((next, more)) = catalogue::best(&self.listed, &metrics).filter(|(_, more)| *more > 0.0) else { break };
-            sum += more;
-            all = beside(&all, &next.columns);
+            let Some(next) = self.best_listed(&metrics).filter(|next| next.ln_odds > STANDS_OUT.ln()) else { break };
+            all = beside(&all, &next.listed.columns);
+            chain.push(next);
         }
-        sum
+        chain
     }
 
     /// A law that was found, with its coefficients.
@@ -287,6 +321,7 @@ impl Data {
             explains: fitted.explains,
             ln_odds: found.ln_odds,
             p_false,
+            p_place: 1.0,
             rivals: Vec::new(),
         }
     }

@@ -23,8 +23,8 @@ pub(crate) struct Factor {
     pub reference: Reference,
     /// Its functions, one a column.
     pub functions: Vec<Function>,
-    /// Its first column among those of all factors.
-    pub first: usize,
+    /// Its columns among those of all factors.
+    columns: Vec<usize>,
     /// True if products are made of it.
     pub multiplies: bool,
     /// The joint, from 0, for which alone it is tried: a wave over its own angle.
@@ -35,6 +35,11 @@ impl Factor {
     /// Number of columns.
     pub fn width(&self) -> usize {
         self.functions.len()
+    }
+
+    /// The place of one of its columns among those of all factors.
+    pub fn values_of(&self, column: usize) -> usize {
+        self.columns[column]
     }
 
     /// True if it is a wave of unknown phase.
@@ -113,19 +118,21 @@ impl Factors {
         for Known { variable, values } in known {
             let turns = factors.turns(*variable);
             let reference = Reference::of(*variable, values);
+            // Factors of one variable share the columns of their functions.
+            let mut made: Vec<Made> = Vec::new();
             for Kind { functions, multiplies, only_of } in kinds(*variable, turns) {
-                let own: Vec<Vec<f64>> =
-                    functions.iter().map(|f| values.iter().map(|v| f.at(reference.apply(*v))).collect()).collect();
-                if own.iter().all(|column| varies(column)) {
-                    factors.all.push(Factor {
-                        variable: *variable,
-                        reference,
-                        functions,
-                        first: columns.len(),
-                        multiplies,
-                        only_of,
-                    });
-                    columns.extend(own);
+                let own: Vec<usize> = functions
+                    .iter()
+                    .map(|function| {
+                        made.iter().find(|m| m.function == *function).map(|m| m.column).unwrap_or_else(|| {
+                            columns.push(values.iter().map(|v| function.at(reference.apply(*v))).collect());
+                            made.push(Made { function: *function, column: columns.len() - 1 });
+                            columns.len() - 1
+                        })
+                    })
+                    .collect();
+                if own.iter().all(|&column| varies(&columns[column])) {
+                    factors.all.push(Factor { variable: *variable, reference, functions, columns: own, multiplies, only_of });
                 }
             }
         }
@@ -155,7 +162,7 @@ impl Factors {
             let Some(of) = known.iter().find(|k| k.variable == factor.variable) else { continue };
             for (k, f) in factor.functions.iter().enumerate() {
                 values
-                    .column_mut(factor.first + k)
+                    .column_mut(factor.columns[k])
                     .iter_mut()
                     .zip(&of.values)
                     .for_each(|(to, v)| *to = f.at(factor.reference.apply(*v)));
@@ -163,6 +170,12 @@ impl Factors {
         }
         Factors { values, ..self.clone() }
     }
+}
+
+/// A column that was made of a function.
+struct Made {
+    function: Function,
+    column: usize,
 }
 
 /// True if it is not the same at every sample.

@@ -75,6 +75,8 @@ pub struct Law {
     pub ln_odds: f64,
     /// Probability that the search finds as good a law where there is none.
     pub p_false: f64,
+    /// Probability that it is at this place, and not at another.
+    pub p_place: f64,
     /// What cannot be told from it.
     pub rivals: Vec<Rival>,
 }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::score::{Products, ln_evidence, ln_sum_exp};
 
 /// Sizes of the background, in plausible sizes of the catalogue.
-pub(crate) const SIZES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+pub(crate) const SIZES: [f64; 3] = [0.0, 0.2, 0.8];
 
 /// Share of a column's length below which it counts as dependent on those before it.
 const DEPENDENT: f64 = 1e-6;

@@ -1,5 +1,6 @@
 //! The search among all laws of one, two and three factors at every place.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -97,9 +98,12 @@ impl Field<'_> {
         // Of a joint's own angle any curve is an effect of the catalogue: its waves stand for it.
         let is_law = |k: &&usize| all[**k].is_wave() || joint.is_none_or(|j| all[**k].variable != Variable::Joint(j));
         let mut shapes: Vec<Vec<usize>> = single.iter().filter(is_law).map(|&k| vec![k]).collect();
-        for (n, &a) in single.iter().enumerate() {
-            for &b in single[n + 1..].iter().filter(|&&b| self.multiply(a, b)) {
-                shapes.push(vec![a, b]);
+        // Variable by variable: products of the same two have columns in common.
+        let of_variables: Vec<&[usize]> = single.chunk_by(|&a, &b| all[a].variable == all[b].variable).collect();
+        for (n, first) in of_variables.iter().enumerate() {
+            for second in &of_variables[n + 1..] {
+                let pairs = first.iter().flat_map(|&a| second.iter().map(move |&b| [a, b]));
+                shapes.extend(pairs.filter(|&[a, b]| self.multiply(a, b)).map(|pair| pair.to_vec()));
             }
         }
         shapes
@@ -138,6 +142,21 @@ impl Field<'_> {
         searched
     }
 
+    /// The best wave of a joint over its own angle, with its log odds among all such.
+    pub fn best_wave(&self, metrics: &Metrics) -> Option<Found> {
+        let of_joint = |p: usize| {
+            let own = |k: &usize| {
+                let factor = &self.factors.all[*k];
+                factor.is_wave() && self.places[p].joint.is_some_and(|j| factor.variable == Variable::Joint(j))
+            };
+            (0..self.factors.all.len()).filter(own).map(|k| vec![k]).collect::<Vec<_>>()
+        };
+        let shapes: Vec<Vec<Vec<usize>>> = (0..self.places.len()).map(of_joint).collect();
+        let ln_prior = -(shapes.iter().map(Vec::len).sum::<usize>().max(1) as f64).ln();
+        let all = (0..self.places.len()).into_par_iter().filter(|&p| !shapes[p].is_empty());
+        merged(all.map(|p| Scan::new(self, metrics, p, [ln_prior; 3]).over(&shapes[p])).collect()).best.into_iter().next()
+    }
+
     /// The best laws of two factors at a place, each with every third.
     fn extended(&self, best: &[Found], place: usize) -> Vec<Vec<usize>> {
         let pairs = best.iter().take(EXTENDED).filter(|f| f.shape.place == place && f.shape.factors.len() == 2);
@@ -167,7 +186,7 @@ impl Factors {
             let mut next = DMatrix::zeros(columns.nrows(), columns.ncols() * factor.width());
             for a in 0..columns.ncols() {
                 for b in 0..factor.width() {
-                    let product = columns.column(a).component_mul(&self.values.column(factor.first + b));
+                    let product = columns.column(a).component_mul(&self.values.column(factor.values_of(b)));
                     next.column_mut(a * factor.width() + b).copy_from(&product);
                 }
             }
@@ -203,6 +222,49 @@ struct OfMetric {
     with: DMatrix<f64>,
 }
 
+/// The columns of several laws, each once.
+#[derive(Default)]
+struct Distinct {
+    /// The factors' columns that make each.
+    keys: Vec<Vec<usize>>,
+    places: HashMap<Vec<usize>, usize>,
+    /// Columns of each law.
+    of_shapes: Vec<Vec<usize>>,
+}
+
+impl Distinct {
+    fn add(&mut self, factors: &Factors, shape: &[usize]) {
+        let mut keys = vec![Vec::new()];
+        for &k in shape {
+            let factor = &factors.all[k];
+            let each = |key: &Vec<usize>| {
+                (0..factor.width()).map(|b| [key.as_slice(), &[factor.values_of(b)]].concat()).collect::<Vec<_>>()
+            };
+            keys = keys.iter().flat_map(each).collect();
+        }
+        let place = |key: Vec<usize>| {
+            *self.places.entry(key).or_insert_with_key(|key| {
+                self.keys.push(key.clone());
+                self.keys.len() - 1
+            })
+        };
+        self.of_shapes.push(keys.into_iter().map(place).collect());
+    }
+}
+
+/// Inner products of columns with the samples or what is absorbed, and with every series.
+struct SeenColumns {
+    with_samples: DMatrix<f64>,
+    with_series: DMatrix<f64>,
+}
+
+/// Columns of several laws: their values, those weighted by the place, and their products in every metric.
+struct Chunk {
+    values: DMatrix<f64>,
+    weighted: DMatrix<f64>,
+    products: Vec<SeenColumns>,
+}
+
 /// The search at one place.
 struct Scan<'a> {
     field: &'a Field<'a>,
@@ -231,61 +293,52 @@ impl<'a> Scan<'a> {
     }
 
     fn over(mut self, shapes: &[Vec<usize>]) -> Searched {
-        let factors = self.field.factors;
-        let width = |shape: &Vec<usize>| shape.iter().map(|&k| factors.all[k].width()).product::<usize>();
-        let mut first = 0;
-        while first < shapes.len() {
-            let mut last = first;
-            let mut columns = 0;
-            while last < shapes.len() && (last == first || columns + width(&shapes[last]) <= AT_ONCE) {
-                columns += width(&shapes[last]);
-                last += 1;
+        let mut rest = shapes;
+        while !rest.is_empty() {
+            let mut columns = Distinct::default();
+            let mut count = 0;
+            while count < rest.len() && (count == 0 || columns.keys.len() + WIDEST <= AT_ONCE) {
+                columns.add(self.field.factors, &rest[count]);
+                count += 1;
             }
-            self.some(&shapes[first..last], columns);
-            first = last;
+            self.some(&rest[..count], &columns);
+            rest = &rest[count..];
         }
         self.found.best.sort_by(|a, b| b.ln_odds.total_cmp(&a.ln_odds));
         self.found.best.truncate(KEPT);
         self.found
     }
 
-    fn some(&mut self, shapes: &[Vec<usize>], columns: usize) {
-        let factors = self.field.factors;
-        let mut values = DMatrix::zeros(self.squares.len(), columns);
-        let mut at = 0;
-        let mut spans = Vec::with_capacity(shapes.len());
-        for shape in shapes {
-            let own = factors.product(shape);
-            values.columns_mut(at, own.ncols()).copy_from(&own);
-            spans.push(at..at + own.ncols());
-            at += own.ncols();
+    fn some(&mut self, shapes: &[Vec<usize>], columns: &Distinct) {
+        let of_factors = &self.field.factors.values;
+        let mut values = DMatrix::from_element(self.squares.len(), columns.keys.len(), 1.0);
+        for (mut column, key) in values.column_iter_mut().zip(&columns.keys) {
+            key.iter().for_each(|&factor| column.component_mul_assign(&of_factors.column(factor)));
         }
         let mut weighted = values.clone();
         weighted.column_iter_mut().for_each(|mut c| c.component_mul_assign(&self.squares));
-        let products: Vec<(DMatrix<f64>, DMatrix<f64>)> = self
+        let products: Vec<SeenColumns> = self
             .of
             .iter()
-            .map(|of| (of.samples.as_ref().map_or_else(|| &of.absorbed * &values, |s| s * &values), &of.with * &values))
+            .map(|of| SeenColumns {
+                with_samples: of.samples.as_ref().unwrap_or(&of.absorbed) * &values,
+                with_series: &of.with * &values,
+            })
             .collect();
-        for (shape, span) in shapes.iter().zip(spans) {
-            self.one(shape, span, [&values, &weighted], &products);
-        }
+        let chunk = Chunk { values, weighted, products };
+        shapes.iter().zip(&columns.of_shapes).for_each(|(shape, of)| self.one(shape, of, &chunk));
     }
 
-    fn one(
-        &mut self,
-        shape: &[usize],
-        span: Range<usize>,
-        [values, weighted]: [&DMatrix<f64>; 2],
-        products: &[(DMatrix<f64>, DMatrix<f64>)],
-    ) {
-        let k = span.len();
+    fn one(&mut self, shape: &[usize], columns: &[usize], chunk: &Chunk) {
+        let Chunk { values, weighted, products } = chunk;
+        let k = columns.len();
         self.found.tried += 1;
-        let whole: Vec<f64> = span.clone().map(|a| values.column(a).dot(&weighted.column(a))).collect();
+        let whole: Vec<f64> = columns.iter().map(|&a| values.column(a).dot(&weighted.column(a))).collect();
         let mut factors = Vec::with_capacity(products.len());
-        for (of, (seen, _)) in self.of.iter().zip(products) {
+        for (of, seen) in self.of.iter().zip(products) {
+            let seen = &seen.with_samples;
             let gram = DMatrix::from_fn(k, k, |a, b| {
-                let (a, b) = (span.start + a, span.start + b);
+                let (a, b) = (columns[a], columns[b]);
                 match of.samples {
                     Some(_) => values.column(a).dot(&seen.column(b)),
                     None => values.column(a).dot(&weighted.column(b)) - seen.column(a).dot(&seen.column(b)),
@@ -301,8 +354,8 @@ impl<'a> Scan<'a> {
         for series in 0..self.found.of_series.len() {
             let mut explained = [0.0; crate::metric::SIZES.len()];
             let mut better = series == 0;
-            for (t, (factor, (_, products))) in factors.iter().zip(products).enumerate() {
-                span.clone().enumerate().for_each(|(a, column)| with[a] = products[(series, column)]);
+            for (t, (factor, seen)) in factors.iter().zip(products).enumerate() {
+                with.iter_mut().zip(columns).for_each(|(with, &column)| *with = seen.with_series[(series, column)]);
                 explained[t] = factor.explained(&with[..k]);
                 better |= explained[t] > self.limits[series][(t, k - 1)] * self.metrics.of_size[t].energies[series];
             }

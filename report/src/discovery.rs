@@ -30,13 +30,18 @@ pub fn law_sentences(law: &Law, robot: &Robot) -> Vec<String> {
 
 /// How often chance makes a law as good.
 fn chance(law: &Law) -> String {
-    match law.p_false {
-        p if p < 2e-4 => "in data without a law, fewer than 1 search in 5,000 finds one as good".into(),
-        p => format!(
-            "in data without a law, {} searches in 100 find one as good",
-            decimal(100.0 * p, if p < 0.1 { 1 } else { 0 })
-        ),
-    }
+    let often = match law.p_false {
+        p if p < 2e-4 => "fewer than 1 search in 5,000 finds".into(),
+        p if p < 0.05 => format!("1 search in {} finds", thousands(two_digits((1.0 / p).round()))),
+        p => format!("{:.0} of 100 searches find", 100.0 * p),
+    };
+    format!("in data without a law, {often} one as good")
+}
+
+/// A number to two digits.
+fn two_digits(x: f64) -> usize {
+    let unit = 10f64.powf(x.max(1.0).log10().floor() - 1.0).max(1.0);
+    ((x / unit).round() * unit) as usize
 }
 
 fn rival_sentence(law: &Law, rival: &Rival, robot: &Robot) -> String {
@@ -56,23 +61,37 @@ fn rival_sentence(law: &Law, rival: &Rival, robot: &Robot) -> String {
     }
 }
 
-/// What the search says if it takes no law; `None` if it takes one.
+/// What the search says of a law that it does not take, or if there is none.
 #[must_use]
 pub fn no_law_sentence(found: &Discovery) -> Option<String> {
-    if !found.laws.is_empty() {
+    if !found.laws.is_empty() && found.suspected.is_none() {
         return None;
     }
     let tried = format!("{} laws were tried on {} samples", thousands(found.tried), found.searched);
     Some(match &found.suspected {
-        Some(law) => format!(
+        Some(law) if law.p_false > FALSE_LAW_RATE => format!(
             "No law is certain: {tried}. The best: {} by {}; {}, and at most {:.0} is accepted.",
             law.place,
             law.formula(),
             chance(law),
             100.0 * FALSE_LAW_RATE
         ),
+        Some(law) => format!(
+            "There is a law, and its place is uncertain: {tried}. With a probability of {:.2}, {} by {}; {}.",
+            law.p_place,
+            law.place,
+            law.formula(),
+            chance(law)
+        ),
         None => format!("No law stands out: {tried}, and none explains more than chance or the catalogue does."),
     })
+}
+
+/// What cannot be told from a law that is not taken, and the posture that would tell.
+#[must_use]
+pub fn suspected_sentences(found: &Discovery, robot: &Robot) -> Vec<String> {
+    let of = |law: &Law| law.rivals.iter().map(|rival| rival_sentence(law, rival, robot)).collect();
+    found.suspected.as_ref().map_or_else(Vec::new, of)
 }
 
 /// What the catalogue explains better than any law.

@@ -45,7 +45,7 @@ pub use comparison_tables::{comparison_headline, comparison_sentences, compariso
 pub use diagnosis::diagnosis_tables;
 pub use diagnosis_sentences::{cause_words, finds_nothing, lacking_sentence, sentences};
 pub use disagreement::{disagreement_sentence, judged_alike};
-pub use discovery::{law_sentences, listed_sentence, no_law_sentence};
+pub use discovery::{law_sentences, listed_sentence, no_law_sentence, suspected_sentences};
 pub use effect_names::{all_called, called, capital, each_called, few_of};
 pub use figures::{
     CROSS_VALIDATED, EXPECTED_HELD_OUT, EXPECTED_INSIDE, EXPECTED_OVER, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED,

@@ -11,6 +11,7 @@ use calibench::selection::ladder::{LadderStep, ladder_step, step};
 use calibench_discover::discover;
 use calibench_report::{
     Recommended, documents, ladder_step_table, law_sentences, listed_sentence, no_law_sentence, objection_sentence,
+    suspected_sentences,
 };
 
 use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets, tell_fit};
@@ -83,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         sentences.try_for_each(|sentence| print(format!("  {sentence}")))?;
     }
     listed_sentence(&found).iter().chain(&no_law_sentence(&found)).try_for_each(|sentence| print_answer(sentence))?;
+    suspected_sentences(&found, robot).iter().try_for_each(|sentence| print(format!("  {sentence}")))?;
     let Some([before, after]) = &judged else { return Ok(Outcome::Done) };
     print(ladder_step_table(&[before, after]))?;
     for objection in &objections {

@@ -96,7 +96,13 @@ fn a_law_as_an_effect_is_what_the_search_saw() {
         for (k, term) in law.terms.iter().enumerate() {
             let estimate = fit.estimate(&format!("{name}.{}", k + 1)).expect("a coefficient");
             let apart = (estimate.value - term.coefficient).abs();
-            assert!(apart < 4.0 * term.sigma + 0.02 * term.coefficient.abs(), "{}: {} {}", term.basis, estimate.value, term.coefficient);
+            assert!(
+                apart < 4.0 * term.sigma + 0.02 * term.coefficient.abs(),
+                "{}: {} {}",
+                term.basis,
+                estimate.value,
+                term.coefficient
+            );
         }
     }
 }
@@ -107,7 +113,9 @@ fn forty_laws_on_robots_not_looked_at() {
     let number = |name: &str, otherwise: u64| std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(otherwise);
     let (first, robots) = (number("CALIBENCH_FIRST", 901), number("CALIBENCH_ROBOTS", 3));
     let (mut all, mut named, mut placed, mut taken) = (0.0, 0.0, 0.0, 0.0);
-    println!("| law | named | placed | error before, after, of who knows, mm | what was said of the last |\n|---|---|---|---|---|");
+    println!(
+        "| law | named | placed | error before, after, of who knows, mm | what was said of the last |\n|---|---|---|---|---|"
+    );
     for law in 0..LAWS {
         let outcomes: Vec<(Hidden, Outcome)> = (first..first + robots)
             .map(|seed| {
@@ -123,13 +131,18 @@ fn forty_laws_on_robots_not_looked_at() {
         named += counts[0] as f64;
         placed += counts[1] as f64;
         taken += counts[2] as f64;
-        let errors: Vec<String> =
-            outcomes.iter().map(|(_, o)| o.errors.map(|e| format!("{e:.3}")).join(", ")).collect();
+        let errors: Vec<String> = outcomes.iter().map(|(_, o)| o.errors.map(|e| format!("{e:.3}")).join(", ")).collect();
         let (hidden, last) = &outcomes[outcomes.len() - 1];
-        let (name, follows) = hidden.law.as_ref().map_or(("", String::new()), |l| (l.name, format!("{:?} {:?}", l.place, l.follows)));
+        let (name, follows) =
+            hidden.law.as_ref().map_or(("", String::new()), |l| (l.name, format!("{:?} {:?}", l.place, l.follows)));
         println!("| {name} | {} | {} | {} | {follows}: {} |", counts[0], counts[1], errors.join("; "), last.said);
     }
-    println!("named {:.0} %, placed {:.0} %, error at most 1.2 of who knows {:.0} % of {all}", 100.0 * named / all, 100.0 * placed / all, 100.0 * taken / all);
+    println!(
+        "named {:.0} %, placed {:.0} %, error at most 1.2 of who knows {:.0} % of {all}",
+        100.0 * named / all,
+        100.0 * placed / all,
+        100.0 * taken / all
+    );
     assert!(named >= 0.7 * all && placed >= 0.95 * all && taken >= 0.8 * all);
 }
 

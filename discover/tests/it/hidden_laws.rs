@@ -30,8 +30,6 @@ pub enum Place {
 /// What is known at a posture.
 pub struct At<'a> {
     pub q: &'a [f64],
-    /// The posture before.
-    pub before: &'a [f64],
     /// Loads on the joints by gravity, as a share of the largest on each.
     pub load: &'a [f64],
     /// Direction of gravity in the axes of the flange.
@@ -273,7 +271,7 @@ impl Hidden {
             let time_s = 30.0 * k as f64;
             let hours = time_s / 3600.0;
             let warm = 12.0 * (1.0 - (-3.0 * hours).exp()) + 0.3 * normal(&mut rng);
-            let at = At { q, before: &before, load: &load, down, came: &came, hose: lies, hours, warm };
+            let at = At { q, load: &load, down, came: &came, hose: lies, hours, warm };
             let e = law.as_ref().map_or(0.0, |law| (law.size)(&at));
             let (mut bent, mut of_tool, mut of_room) = (q.clone(), Vector3::zeros(), Vector3::zeros());
             match law.as_ref().map(|law| (law.place, law.axis)) {

@@ -83,6 +83,8 @@ pub struct DiscoveredLaw {
     pub ln_odds: f64,
     /// Share of searches in data without a law that find one as good; 0.0001 stands for less.
     pub p_false: f64,
+    /// Probability that it is at this place, and not at another.
+    pub p_place: f64,
     /// What is not told from it.
     pub rivals: Vec<LawRival>,
     /// The same in sentences.
@@ -102,7 +104,7 @@ pub struct Discovery {
     pub tried: usize,
     /// The laws found, the most evident first.
     pub laws: Vec<DiscoveredLaw>,
-    /// A law that chance makes too often to be taken; null if there is none.
+    /// A law that is not taken, since chance makes one as good too often or its place is uncertain; null if there is none.
     pub suspected: Option<DiscoveredLaw>,
     /// Effects of the catalogue, or steps between two samples, that explain better what they explain than any law.
     pub listed: Vec<String>,
@@ -151,6 +153,7 @@ impl DiscoveredLaw {
             explains: law.explains,
             ln_odds: law.ln_odds,
             p_false: law.p_false,
+            p_place: law.p_place,
             rivals: law.rivals.iter().map(rival).collect(),
         }
     }
