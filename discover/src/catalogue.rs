@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::factors::Factor;
+use crate::field::{Field, Shape};
 use crate::metric::Metrics;
 use crate::samples::Place;
-use crate::search::{Field, Shape};
 use crate::variables::{Function, Variable};
 
 /// Largest number of moments at which a step is tried.

@@ -8,8 +8,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::field::Field;
 use crate::metric::{Ground, Metrics, SIZES};
-use crate::search::Field;
 
 /// Number of simulated residuals: the parameters of the distribution of their best laws are known to a tenth.
 const SIMULATED: usize = 100;

@@ -6,13 +6,16 @@
 //! all effects of the catalogue: a law must stand out against what every robot has.
 
 mod catalogue;
+mod data;
 mod discovery;
 mod factors;
 mod false_laws;
+mod field;
 mod law;
 mod metric;
 mod rivals;
 mod samples;
+mod scan;
 mod score;
 mod search;
 mod variables;

@@ -8,12 +8,12 @@ use calibench::prediction::WorkspacePoses;
 use calibench::robot::kinematics::world_from_tool;
 use nalgebra::{DMatrix, DVector};
 
-use crate::discovery::{Data, Fitted};
+use crate::data::{Data, Fitted};
 use crate::factors::Factors;
+use crate::field::{Field, Found};
 use crate::law::{Apart, Rival};
 use crate::metric::Metrics;
 use crate::samples::{known, place_columns};
-use crate::search::{Field, Found};
 
 /// A law is a rival if its odds are at least this share of those of the best.
 const LIKELY: f64 = 0.05;
