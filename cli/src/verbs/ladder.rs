@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+use calibench::diagnosis::Verdict;
 use calibench::effects::registry::Registry;
 use calibench::identify::model_file::{write_model, write_model_like};
 use calibench::identify::problem::Use;
@@ -129,6 +130,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     print_answer(advice(&ladder))?;
     let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     in_question_sentence(&ladder, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
+    if matches!(chosen.diagnosis.verdict, Verdict::Unexplained | Verdict::Partly) {
+        print("What remains may follow a law that nobody listed: `calibench discover` searches for one.")?;
+    }
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of all errors at once" } else { "recommended model" };
         print_answer(format!("The {which} is in {}.", path.display()))?;

@@ -43,6 +43,7 @@ pages! {
     after_a_crash: "docs/after-a-crash.md",
     calibrate: "docs/calibrate.md",
     check: "docs/check.md",
+    discover: "docs/discover.md",
     the_run: "docs/the-run.md",
     gauge: "docs/first-hour/gauge.md",
     own_effect: "docs/first-hour/own-effect.md",
