@@ -20,7 +20,8 @@ impl Products {
     /// `gram` of the columns, whose squared lengths before projection are `whole`; `None` if one is not seen, or if they are dependent.
     pub fn of(gram: &DMatrix<f64>, whole: &[f64]) -> Option<Self> {
         let k = gram.nrows();
-        if (0..k).any(|i| !(gram[(i, i)] > SEEN * whole[i])) {
+        let is_seen = |i: usize| gram[(i, i)] > SEEN * whole[i];
+        if !(0..k).all(is_seen) {
             return None;
         }
         let scales: Vec<f64> = (0..k).map(|i| gram[(i, i)].sqrt().recip()).collect();
@@ -31,8 +32,8 @@ impl Products {
                 let rest = gram[(i, j)] * scales[i] * scales[j] - above;
                 // A column must not be nearly the sum of the others.
                 match i == j {
-                    true if !(rest > SEEN) => return None,
-                    true => root.push(rest.sqrt()),
+                    true if rest > SEEN => root.push(rest.sqrt()),
+                    true => return None,
                     false => root.push(rest / root[at(j, j)]),
                 }
             }

@@ -59,8 +59,7 @@ pub struct Examination {
     pub(crate) remainder: Remainder,
 }
 
-/// A candidate that moves nothing by more than this share of the noise moves nothing: what remains of its columns is rounding, of
-/// a torque that is zero say, and its shape would be that of the processor's last bits.
+/// A candidate that moves nothing by more than this share of the noise moves nothing: the rest of its columns is rounding.
 const NOTHING: f64 = 1e-9;
 
 /// If the model absorbs all but this share of a candidate, its remainder is rounding.

@@ -1,5 +1,6 @@
 //! Forty hidden laws, from a generator that shares no code with the search or with the catalogue of effects.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use calibench::measure::dataset::{Dataset, Measured, Noise, Sample, SampleSet};
@@ -79,7 +80,7 @@ impl Law {
         let v = others.remove(rng.random_range(0..others.len()));
         let w = others.remove(rng.random_range(0..others.len()));
         let l = rng.random_range(1..3);
-        let (p, r) = (rng.random_range(0.0..6.28), rng.random_range(0.0..6.28));
+        let (p, r) = (rng.random_range(0.0..TAU), rng.random_range(0.0..TAU));
         let order = f64::from(rng.random_range(5u8..20));
         let sharp = rng.random_range(2.0..6.0);
         let axis = if rng.random::<bool>() { Vector3::x() } else { Vector3::y() };

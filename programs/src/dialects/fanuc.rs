@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::flow::{Names, Step, follow};
 use crate::scan::{Configuration, Frame, Layout, Marks, Name, Number, Position, Scan, Setting, Source, Stands, Text};
 
-use instructions::{Follower, KEYS, Numbers, Uses, instruction, named};
+use instructions::{Follower, KEYS, Numbers, Used, Uses, instruction, named};
 pub use listing::listed;
 
 /// Remarks are instructions here, and are skipped as such.
@@ -51,7 +51,7 @@ pub fn scan(sources: &[Source], joints_as_in_robot_file: bool) -> Vec<Scan> {
         let Parsed { mut scan, uses, entries } = parsed;
         all_positions(&source.text, &entries, &uses, &active, joints_as_in_robot_file, &mut scan);
         let there: HashSet<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        for (line, name) in &uses.used {
+        for Used { line, name } in &uses.used {
             if !there.contains(name.as_str()) {
                 scan.warn(*line, name, "this position is not in the file", "export the program with its positions");
             }

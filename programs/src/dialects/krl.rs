@@ -8,7 +8,7 @@ mod uses;
 
 use crate::flow::{Step, follow};
 use crate::scan::{Frame, Marks, Scan, Source, WRITE_OUT};
-use frames::{Forms, settings, written};
+use frames::{Assigned, Forms, settings, written};
 use literals::{literal, within};
 use statement::{Destination, Statement, Target, statements};
 use uses::{Key, Uses};
@@ -41,10 +41,10 @@ pub fn scan(sources: &[Source]) -> Vec<Scan> {
     }
     for step in &steps {
         match step {
-            Step::Set(frame, name) => uses.assigned.push((*frame, name.clone())),
+            Step::Set(frame, name) => uses.assigned.push(Assigned { frame: *frame, name: name.clone() }),
             Step::Use(_, own) => {
                 let named = [Frame::Tool, Frame::Base].into_iter().zip(own);
-                uses.assigned.extend(named.filter_map(|(frame, name)| Some((frame, name.clone()?))));
+                uses.assigned.extend(named.filter_map(|(frame, name)| Some(Assigned { frame, name: name.clone()? })));
             }
             _ => {}
         }

@@ -13,13 +13,21 @@ const SWITCHES: [[&str; 2]; 2] = [["UTOOL_NUM", "$MNUTOOLNUM"], ["UFRAME_NUM", "
 /// Numbers of positions by file and name.
 pub type Numbers = HashMap<(usize, String), usize>;
 
+/// A position that is moved to.
+pub struct Used {
+    /// The line of the motion.
+    pub line: usize,
+    /// Its name.
+    pub name: String,
+}
+
 /// What the instructions of a program say of its positions.
 #[derive(Default)]
 pub struct Uses {
     /// Distances (INC).
     pub relative: HashSet<String>,
-    /// Positions that are moved to, with their line.
-    pub used: Vec<(usize, String)>,
+    /// Positions that are moved to.
+    pub used: Vec<Used>,
     /// Moved to together with another group.
     pub coordinated: HashSet<String>,
     /// The line of the first such motion.
@@ -165,7 +173,7 @@ fn motion(line: usize, body: &str, uses: &mut Uses, follower: &mut Follower<'_>,
             scan.warn(line, name, "the number of the position is computed at run time", "check that it is one of this file");
         } else {
             follower.see(&name);
-            uses.used.push((line, name));
+            uses.used.push(Used { line, name });
         }
     }
     // A search that finds nothing goes on at a label.

@@ -178,8 +178,16 @@ fn short(words: &str) -> String {
     words.chars().take(60).collect()
 }
 
+/// A frame that is set to what a variable holds.
+pub struct Assigned {
+    /// The frame.
+    pub frame: Frame,
+    /// The variable.
+    pub name: Name,
+}
+
 /// The frames that the statements of a file write out or make at run time; `assigned` are the names in use.
-pub fn settings(source: &Source, forms: &Forms, assigned: &[(Frame, Name)]) -> Vec<Setting> {
+pub fn settings(source: &Source, forms: &Forms, assigned: &[Assigned]) -> Vec<Setting> {
     let null = |frame: Frame, key: &str| {
         let name = Name::new(key, key);
         Setting { line: 1, frame, name, stands: Stands::Null }
@@ -216,7 +224,7 @@ pub fn settings(source: &Source, forms: &Forms, assigned: &[(Frame, Name)]) -> V
                 Some(Name::new(target.indexed.clone(), target.indexed.clone()))
             } else {
                 let key = format!("VAR {}", target.indexed);
-                assigned.iter().find(|(of, name)| *of == frame && name.key == key).map(|(_, name)| name.clone())
+                assigned.iter().find(|a| a.frame == frame && a.name.key == key).map(|a| a.name.clone())
             };
             let Some(name) = name else { continue };
             let stands = match literal {

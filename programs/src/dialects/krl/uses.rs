@@ -3,10 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::aggregate::{AXES, POSE};
-use super::frames::{Form, Forms};
+use super::frames::{Assigned, Form, Forms};
 use super::statement::{Destination, Statement};
 use crate::flow::{Names, Step};
-use crate::scan::{Frame, Name, Source, home_of, is_name, names};
+use crate::scan::{Source, home_of, is_name, names};
 
 /// Types of positions.
 const TYPES: [&str; 4] = ["POS", "E6POS", "AXIS", "E6AXIS"];
@@ -47,7 +47,7 @@ pub struct Uses {
     /// Frames that the head of the open block of splines states.
     pub block: Form,
     /// Frames assigned by the name of a variable.
-    pub assigned: Vec<(Frame, Name)>,
+    pub assigned: Vec<Assigned>,
 }
 
 impl Uses {
