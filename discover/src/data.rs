@@ -30,7 +30,7 @@ const LARGEST_SHIFT: f64 = 3.0 * MM;
 const MOST_SAMPLES: usize = 400;
 
 /// Number of effects of the catalogue that together may stand for one law.
-const TOGETHER: usize = 3;
+const TOGETHER: usize = 8;
 
 /// All that a search needs of the data.
 pub(crate) struct Data {
@@ -48,8 +48,10 @@ pub(crate) struct Data {
     pub fitted: DMatrix<f64>,
     /// Columns of the library (residuals x columns).
     pub catalogue: DMatrix<f64>,
-    /// Effects that somebody listed.
-    pub listed: Vec<Listed>,
+    /// Effects of the library.
+    listed: Vec<Listed>,
+    /// Steps between two samples.
+    steps: Vec<Listed>,
     /// The residuals.
     residual: DVector<f64>,
 }
@@ -103,13 +105,13 @@ impl Data {
             fitted,
             catalogue: DMatrix::zeros(residuals, 0),
             listed: catalogue::of_library(examination, &rows, residuals),
+            steps: Vec::new(),
             residual,
         };
         data.catalogue = data.listed.iter().fold(data.catalogue, |all, one| beside(&all, &one.columns));
         let ids: Vec<&str> = samples.iter().map(|&i| problem.sample_ids()[i].as_str()).collect();
         let times = data.known.iter().find(|k| k.variable == Variable::Time).map(|k| k.values.as_slice());
-        let steps = catalogue::steps(&data.field(), &ids, times);
-        data.listed.extend(steps);
+        data.steps = catalogue::steps(&data.field(), &ids, times);
         Ok(data)
     }
 
@@ -129,6 +131,17 @@ impl Data {
         catalogue::name_of(&found.shape, &self.places, &self.factors.all).is_none() && self.rms_of(found, metrics) < largest
     }
 
+    /// Whitened sum of squares per degree of freedom that a law of these of its terms leaves.
+    pub fn chi2_per_dof_with(&self, kept: &[usize], found: &Found, metrics: &Metrics) -> f64 {
+        // Without a background, which would count as explained.
+        let metric = &metrics.of_size[0];
+        let columns = self.field().columns_of(&found.shape).select_columns(kept);
+        let (gram, with) = metric.products(&columns);
+        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
+        let explained = Products::of(&gram, &whole).map_or(0.0, |products| products.explained(&with));
+        (metric.energies[0] - explained) / (metrics.dof - kept.len() as f64).max(1.0)
+    }
+
     fn rms_of(&self, found: &Found, metrics: &Metrics) -> f64 {
         let coefficients = Fitted::of(metrics, &self.field().columns_of(&found.shape)).coefficients;
         rms(&(self.factors.product(&found.shape.factors) * coefficients))
@@ -136,15 +149,12 @@ impl Data {
 
     /// The best effect that somebody listed: of the library, a step, or a wave of a joint.
     pub fn best_listed(&self, metrics: &Metrics) -> Option<Likely> {
-        let listed = catalogue::best(&self.listed, metrics);
+        let listed = [&self.listed, &self.steps].map(|listed| catalogue::best(listed, metrics));
         let wave = self.field().best_wave(metrics).and_then(|f| {
             let name = catalogue::name_of(&f.shape, &self.places, &self.factors.all)?;
             Some(Likely { listed: Listed { name, columns: self.field().columns_of(&f.shape) }, ln_odds: f.ln_odds })
         });
-        match (listed, wave) {
-            (Some(a), Some(b)) => Some(if a.ln_odds >= b.ln_odds { a } else { b }),
-            (a, b) => a.or(b),
-        }
+        { listed.into_iter().chain([wave]).flatten() }.reduce(|a, b| if b.ln_odds > a.ln_odds { b } else { a })
     }
 
     /// This listed effect, and those that stand out beside it, one after the other.
@@ -192,6 +202,7 @@ impl Data {
             ln_odds: found.ln_odds,
             p_false,
             p_place: 1.0,
+            doubt: None,
             rivals: Vec::new(),
         }
     }

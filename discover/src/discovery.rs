@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use crate::data::{Data, STANDS_OUT, beside};
 use crate::false_laws::Nothing;
 use crate::field::Found;
-use crate::law::Law;
+use crate::law::{Doubt, Law};
 use crate::metric::Metrics;
 use crate::rivals::rivals;
 
@@ -22,6 +22,12 @@ const OVER_THE_CATALOGUE: f64 = 20.0;
 
 /// Probability of its place from which on a law is taken.
 const CERTAIN: f64 = 0.9;
+
+/// Share of what is left that a law has to explain if more than noise remains.
+const LARGER_PART: f64 = 0.4;
+
+/// Whitened sum of squares per degree of freedom below which what remains counts as noise, whose size is rarely stated to a quarter.
+const NEARLY_NOISE: f64 = 2.0;
 
 /// Largest number of laws, and of effects of the catalogue beside them.
 const MOST_LAWS: usize = 3;
@@ -89,6 +95,7 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
     let mut taken = data.fitted.clone();
     let mut found =
         Discovery { samples: examination.problem().sample_count(), searched: data.spans.len(), ..Discovery::default() };
+    let mut listed_names = Vec::new();
     while found.laws.len() < MOST_LAWS {
         let ground = data.ground(&taken);
         let metrics = ground.metrics();
@@ -97,20 +104,21 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         let best = searched.best.iter().find(|f| data.is_law(f, &metrics));
         let listed = data.best_listed(&metrics);
         let of_law = best.map_or(f64::NEG_INFINITY, |f| f.ln_odds);
-        if let Some(listed) = listed.filter(|l| l.ln_odds > STANDS_OUT) {
-            let chain = data.together(&taken, listed);
-            let sum = |count: usize| chain[..count].iter().map(|l| l.ln_odds).sum::<f64>();
-            let needed = (1..=chain.len()).find(|&count| sum(count) >= of_law - OVER_THE_CATALOGUE.ln());
-            if let Some(needed) = needed {
-                if found.listed.len() + needed > MOST_LISTED {
-                    break;
-                }
-                for one in chain.into_iter().take(needed) {
-                    taken = beside(&taken, &one.listed.columns);
-                    found.listed.push(one.listed.name);
-                }
-                continue;
+        let chain = listed.filter(|l| l.ln_odds > STANDS_OUT).map_or_else(Vec::new, |first| data.together(&taken, first));
+        let sum = |count: usize| chain[..count].iter().map(|l| l.ln_odds).sum::<f64>();
+        let needed = (1..=chain.len()).find(|&count| sum(count) >= of_law - OVER_THE_CATALOGUE.ln());
+        let mut take_listed = |count: usize, taken: &mut DMatrix<f64>| {
+            for one in &chain[..count] {
+                *taken = beside(taken, &one.listed.columns);
+                listed_names.push(one.listed.name.clone());
             }
+            listed_names.len() <= MOST_LISTED
+        };
+        if let Some(needed) = needed {
+            if !take_listed(needed, &mut taken) {
+                break;
+            }
+            continue;
         }
         let Some(best) = best.filter(|f| f.ln_odds > STANDS_OUT) else { break };
         let columns = field.columns_of(&best.shape);
@@ -119,14 +127,31 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         let mut law = data.law(best, &kept, &metrics, p_false);
         law.p_place = p_place(&searched.best, best.shape.place);
         law.rivals = rivals(datasets, &examination, &data, &metrics, [std::slice::from_ref(best), &searched.best]);
-        if p_false > FALSE_LAW_RATE || law.p_place < CERTAIN {
+        law.doubt = doubt(&law, examination.fit().noise_stated.then_some(data.chi2_per_dof_with(&kept, best, &metrics)));
+        // Among much else the catalogue goes first, and what is left is searched again.
+        if law.doubt == Some(Doubt::MuchElse) && !chain.is_empty() && take_listed(1, &mut taken) {
+            continue;
+        }
+        if law.doubt.is_some() {
             found.suspected = Some(law);
             break;
         }
         found.laws.push(law);
         taken = beside(&taken, &columns.select_columns(&kept));
     }
-    Ok(found)
+    listed_names.truncate(MOST_LISTED);
+    Ok(Discovery { listed: listed_names, ..found })
+}
+
+/// Why a law is not taken; `chi2_per_dof` is what is left beside it, where the noise is stated.
+fn doubt(law: &Law, chi2_per_dof: Option<f64>) -> Option<Doubt> {
+    let leaves_noise = chi2_per_dof.is_some_and(|chi2| chi2 < NEARLY_NOISE);
+    match law {
+        law if law.p_false > FALSE_LAW_RATE => Some(Doubt::Chance),
+        law if law.p_place < CERTAIN => Some(Doubt::Place),
+        law if law.explains < LARGER_PART && !leaves_noise => Some(Doubt::MuchElse),
+        _ => None,
+    }
 }
 
 /// Probability that a law is at this place, if one of those found is there.

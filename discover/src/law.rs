@@ -54,6 +54,17 @@ pub struct Apart {
     pub differ: f64,
 }
 
+/// Why a law is not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doubt {
+    /// Chance makes one as good too often.
+    Chance,
+    /// It may as well be at another place.
+    Place,
+    /// It explains the smaller part of what is left, and much more than noise remains: its shape may be that of something else.
+    MuchElse,
+}
+
 /// A law that the data show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Law {
@@ -77,6 +88,8 @@ pub struct Law {
     pub p_false: f64,
     /// Probability that it is at this place, and not at another.
     pub p_place: f64,
+    /// Why it is not taken; `None` if it is.
+    pub doubt: Option<Doubt>,
     /// What cannot be told from it.
     pub rivals: Vec<Rival>,
 }

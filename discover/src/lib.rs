@@ -21,4 +21,4 @@ mod search;
 mod variables;
 
 pub use discovery::{Discovery, FALSE_LAW_RATE, LargerModel, discover};
-pub use law::{Apart, Law, LawTerm, Rival, SeenRange};
+pub use law::{Apart, Doubt, Law, LawTerm, Rival, SeenRange};

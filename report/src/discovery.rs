@@ -2,7 +2,7 @@
 
 use calibench::robot::{JointKind, Robot};
 use calibench::units::{DEG, MM, Unit, decimal};
-use calibench_discover::{Discovery, FALSE_LAW_RATE, Law, Rival};
+use calibench_discover::{Discovery, Doubt, FALSE_LAW_RATE, Law, Rival};
 
 /// The law, where it was seen, how sure it is, and what is not told from it: a sentence each.
 #[must_use]
@@ -69,20 +69,25 @@ pub fn no_law_sentence(found: &Discovery) -> Option<String> {
     }
     let tried = format!("{} laws were tried on {} samples", thousands(found.tried), found.searched);
     Some(match &found.suspected {
-        Some(law) if law.p_false > FALSE_LAW_RATE => format!(
-            "No law is certain: {tried}. The best: {} by {}; {}, and at most {:.0} is accepted.",
-            law.place,
-            law.formula(),
-            chance(law),
-            100.0 * FALSE_LAW_RATE
-        ),
-        Some(law) => format!(
-            "There is a law, and its place is uncertain: {tried}. With a probability of {:.2}, {} by {}; {}.",
-            law.p_place,
-            law.place,
-            law.formula(),
-            chance(law)
-        ),
+        Some(law) => {
+            let best = format!("{} by {}", law.place, law.formula());
+            match law.doubt {
+                Some(Doubt::Place) => format!(
+                    "There is a law, and its place is uncertain: {tried}. With a probability of {:.2}, {best}; {}.",
+                    law.p_place,
+                    chance(law)
+                ),
+                Some(Doubt::MuchElse) => format!(
+                    "No law is certain: {tried}. The best explains {:.0} % of what is left, and much more than noise remains, so that its shape may be that of something else: {best}.",
+                    100.0 * law.explains
+                ),
+                _ => format!(
+                    "No law is certain: {tried}. The best: {best}; {}, and at most {:.0} in 100 is accepted.",
+                    chance(law),
+                    100.0 * FALSE_LAW_RATE
+                ),
+            }
+        }
         None => format!("No law stands out: {tried}, and none explains more than chance or the catalogue does."),
     })
 }

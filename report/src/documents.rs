@@ -54,7 +54,9 @@ pub use self::diagnosis::{
     Advised, Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter,
     RefusedEffect, Unbelievable,
 };
-pub use self::discovery::{DiscoveredLaw, Discovery, DiscoveryFormat, LawRival, LawTerm, LawVariable, TellingPosture};
+pub use self::discovery::{
+    DiscoveredLaw, Discovery, DiscoveryFormat, LawDoubt, LawRival, LawTerm, LawVariable, TellingPosture,
+};
 pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ExcludedRest, ImportFormat, ImportReport, ImportedLog, NominalFit};

@@ -4,8 +4,8 @@
 use std::fs;
 
 use calibench_report::documents::{
-    Calibration, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step, Validated,
-    to_value,
+    Calibration, Comparison, Compensation, Detectability, Diagnosis, Discovery, ImportReport, Ladder, Misfit, Next, Run, Step,
+    Validated, to_value,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -44,6 +44,7 @@ fn every_verb_prints_a_document_of_its_type() {
     is_a::<Diagnosis>("diagnose", &run("diagnose trical --json"));
     is_a::<Step>("add", &run("add harmonic2:3 trical --json"));
     is_a::<Ladder>("ladder", &run("ladder trical --json"));
+    is_a::<Discovery>("discover", &run("discover trical --json"));
     is_a::<Next>("next", &run("plan next trical --json -o plan.toml"));
     fs::write(
         folder.path().join("t.csv"),

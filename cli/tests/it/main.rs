@@ -10,6 +10,7 @@ mod a_fault_ends_in_its_intervention;
 mod a_history_loses_no_check;
 mod a_killed_campaign_becomes_the_same_dataset;
 mod a_killed_campaign_goes_on;
+mod a_law_goes_through_the_program;
 mod a_log_becomes_a_verdict;
 mod a_plan_is_made_for_a_real_cell;
 mod a_robot_of_a_urdf_is_calibrated;

@@ -148,9 +148,9 @@ fn forty_laws_on_robots_not_looked_at() {
 
 #[test]
 #[ignore = "a study: validation/run a_hidden_law_is_found"]
-fn three_hundred_robots_without_a_law() {
+fn four_hundred_robots_without_a_law() {
     let robots = std::env::var("CALIBENCH_ROBOTS").ok().and_then(|t| t.parse().ok()).unwrap_or(100);
-    for kind in [Without::White, Without::Correlated, Without::Ordinary] {
+    for kind in [Without::White, Without::Correlated, Without::Ordinary, Without::Many] {
         let mut false_laws = 0;
         for seed in 901..901 + robots {
             let found = found(&Hidden::without(kind, seed).dataset);

@@ -228,6 +228,9 @@ pub enum Without {
     Correlated,
     /// White, of an arm with effects of the catalogue: elastic joints, ripple of a gear.
     Ordinary,
+    /// White, of an arm with many effects of the catalogue: eccentric gears of all joints, lost motion of one, elastic joints, a
+    /// ripple.
+    Many,
 }
 
 impl Hidden {
@@ -252,6 +255,11 @@ impl Hidden {
         let springs: Vec<f64> = (0..6).map(|_| rng.random_range(50.0..400.0) * URAD).collect();
         let (ripple, ripple_of) = (rng.random_range(50.0..200.0) * URAD, rng.random_range(1..5));
         let order = f64::from(rng.random_range(1u8..30));
+        let wave = |rng: &mut ChaCha8Rng| {
+            [80.0 * URAD * normal(rng), rng.random_range(0.0..TAU), 40.0 * URAD * normal(rng), rng.random_range(0.0..TAU)]
+        };
+        let (lost, lost_of) = (rng.random_range(20.0..80.0) * URAD, rng.random_range(1..5));
+        let eccentric: Vec<[f64; 4]> = (0..6).map(|_| wave(&mut rng)).collect();
         let (mut samples, mut known) = (Vec::new(), Vec::new());
         let mut before = vec![0.0; 6];
         let mut hose: Option<Vec<f64>> = None;
@@ -281,7 +289,12 @@ impl Hidden {
                 Some((Place::Base, axis)) => of_room = axis * (shift * e),
                 None => {}
             }
-            if kind == Without::Ordinary {
+            if kind == Without::Many {
+                let waves = bent.iter_mut().zip(q).zip(&eccentric);
+                waves.for_each(|((b, q), [a, p, e, r])| *b += a * (q + p).sin() + e * (2.0 * q + r).sin());
+                bent[lost_of] += lost * came[lost_of];
+            }
+            if matches!(kind, Without::Ordinary | Without::Many) {
                 bent.iter_mut().zip(&springs).zip(&load).for_each(|((q, c), t)| *q += c * t);
                 bent[ripple_of] += ripple * (order * q[ripple_of] + 1.0).sin();
             }

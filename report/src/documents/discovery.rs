@@ -60,6 +60,18 @@ pub struct LawRival {
     pub apart: Vec<TellingPosture>,
 }
 
+/// Why a law is not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LawDoubt {
+    /// Chance makes one as good too often.
+    Chance,
+    /// It may as well be at another place.
+    Place,
+    /// It explains the smaller part of what is left, and more than noise remains.
+    MuchElse,
+}
+
 /// A law of an error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DiscoveredLaw {
@@ -85,6 +97,8 @@ pub struct DiscoveredLaw {
     pub p_false: f64,
     /// Probability that it is at this place, and not at another.
     pub p_place: f64,
+    /// Why it is not taken; null if it is.
+    pub doubt: Option<LawDoubt>,
     /// What is not told from it.
     pub rivals: Vec<LawRival>,
     /// The same in sentences.
@@ -104,7 +118,7 @@ pub struct Discovery {
     pub tried: usize,
     /// The laws found, the most evident first.
     pub laws: Vec<DiscoveredLaw>,
-    /// A law that is not taken, since chance makes one as good too often or its place is uncertain; null if there is none.
+    /// The law with which the search ended, if it is not taken.
     pub suspected: Option<DiscoveredLaw>,
     /// Effects of the catalogue, or steps between two samples, that explain better what they explain than any law.
     pub listed: Vec<String>,
@@ -154,6 +168,11 @@ impl DiscoveredLaw {
             ln_odds: law.ln_odds,
             p_false: law.p_false,
             p_place: law.p_place,
+            doubt: law.doubt.map(|doubt| match doubt {
+                calibench_discover::Doubt::Chance => LawDoubt::Chance,
+                calibench_discover::Doubt::Place => LawDoubt::Place,
+                calibench_discover::Doubt::MuchElse => LawDoubt::MuchElse,
+            }),
             rivals: law.rivals.iter().map(rival).collect(),
         }
     }
