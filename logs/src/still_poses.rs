@@ -5,7 +5,7 @@ use calibench::robot::{FramePose, Robot};
 
 use crate::clocks::{Clock, DELAY, RIVAL, delay, shifts, shows_motion};
 use crate::error::LogError;
-use crate::geometry::misfit;
+use crate::geometry::{AtRests, Seen, misfit, together};
 use crate::joints::{JointChoice, Joints, joints_of, named};
 use crate::log::{JointTrack, Log, Track};
 use crate::middle::{Middle, Row, middle, unsteady};
@@ -74,6 +74,7 @@ pub struct Excluded {
 #[derive(Debug, Clone)]
 pub struct StillPoses {
     fields: Fields,
+    measured: Vec<String>,
     /// Number of rows.
     pub rows: usize,
     /// Intervals at rest that give no row.
@@ -121,6 +122,10 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
             seconds
         }
     };
+    let (used, not_used) = rests.used(&tracks, &series, seconds);
+    said.extend(not_used);
+    let tracks: Vec<&Track> = used.iter().map(|&n| tracks[n]).collect();
+    let series: Vec<&Series> = used.iter().map(|&n| &series[n]).collect();
     let begin = joint_times.first().copied().unwrap_or(0.0);
     let exclude = |still: [f64; 2], why| Excluded { from_s: still[0] - begin, to_s: still[1] - begin, why };
     let mut excluded: Vec<Excluded> = found.short.iter().map(|&s| exclude(s, "too short after settling")).collect();
@@ -153,10 +158,16 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     said.push(in_words(&found, kept.len(), &excluded, &tracks));
     let arm = Arm { robot, joints: &joints, times: &joint_times, tolerance: &found.tolerance };
     let fields = fields(&arm, &tracks, &kept, options.noise);
-    Ok(StillPoses { fields, rows: kept.len(), excluded, said, shift_s: seconds })
+    let measured = tracks.iter().map(|track| track.name.clone()).collect();
+    Ok(StillPoses { fields, measured, rows: kept.len(), excluded, said, shift_s: seconds })
 }
 
 impl StillPoses {
+    /// Names of what was measured, in the order of its columns.
+    pub fn measured(&self) -> &[String] {
+        &self.measured
+    }
+
     /// Joints and measurements as a table with titles.
     pub fn table(&self) -> String {
         self.fields.csv(false)
@@ -228,17 +239,34 @@ impl Rests<'_> {
         2 * long >= self.still.len()
     }
 
+    /// Which tracks a row may hold together, by their places, and what is said of the others.
+    fn used(&self, tracks: &[&Track], series: &[Series], shift: f64) -> (Vec<usize>, Vec<String>) {
+        let has_pose = tracks.iter().any(|track| track.titles.iter().any(|title| title == "qx"));
+        if tracks.len() < 2 || !has_pose {
+            return ((0..tracks.len()).collect(), Vec::new());
+        }
+        let at_rests = |(track, seen): (&&Track, &Series)| self.at_rests(track, seen, shift);
+        let all: Vec<AtRests> = tracks.iter().zip(series).map(at_rests).collect();
+        let names: Vec<&str> = tracks.iter().map(|track| track.name.as_str()).collect();
+        together(self.robot, &names, &all)
+    }
+
     /// How far a track is off, at a shift, from a point of the tool; `None` of too few rests.
     fn misfit(&self, track: &Track, seen: &Series, shift: f64) -> Option<f64> {
-        let (mut postures, mut rows) = (Vec::new(), Vec::new());
+        misfit(self.robot, &self.at_rests(track, seen, shift), Seen::Tool)
+    }
+
+    /// The postures of the rests in which a track states something at a shift, and what it states.
+    fn at_rests(&self, track: &Track, seen: &Series, shift: f64) -> AtRests {
+        let mut found = AtRests::default();
         for still in self.still {
             let interval = [still.begin - shift, still.end - shift];
             if let Some(middle) = middle(track, seen, interval) {
-                postures.push(mean_posture(self.joints, still));
-                rows.push(middle.values);
+                found.postures.push(mean_posture(self.joints, still));
+                found.rows.push(middle.values);
             }
         }
-        misfit(self.robot, &postures, &rows)
+        found
     }
 
     /// The shift at which a track moves with the arm and states a point of its tool while it rests; `None` if no one is likelier than all others.

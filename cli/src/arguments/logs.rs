@@ -122,11 +122,11 @@ pub fn still_table(
     let text = stills.whole_table();
     write_whole(&table, text.as_bytes())?;
     let mut said: Vec<String> = log.remarks.iter().chain(&stills.said).cloned().collect();
-    for (n, name) in arguments.measured.iter().enumerate().skip(1) {
+    for (n, name) in stills.measured().iter().enumerate().skip(1) {
         if !guess.map.contains(&format!("\"x{}_m\"", n + 1)) {
             said.push(format!(
                 "{name} is not used: it does not move as a further point of the tool of {}",
-                arguments.measured[0]
+                stills.measured()[0]
             ));
         }
     }
