@@ -224,16 +224,22 @@ pub fn validation_table(rows: Vec<[String; 7]>) -> Table {
     right_aligned(["position error, mm", "mean", "max", "std", "rms", "median", "95 %"], rows)
 }
 
-/// A bar histogram of position errors.
+/// A bar histogram of position errors. Its edges are written with as many digits as tell them apart, three at least.
 pub fn histogram(v: &Validation, bins: usize) -> String {
-    /// Length of the longest bar, columns: with its figures, a line has fewer than 80.
+    /// Length of the longest bar beside edges of three digits, columns: with its figures, a line has fewer than 80.
     const WIDEST: usize = 50;
-    let bars = v.histogram(bins);
+    /// Fewest and most digits of an edge after the point, in mm: micrometres, and less than an atom.
+    const DIGITS: [usize; 2] = [3, 9];
+    let bars = v.histogram(if v.max > 0.0 { bins } else { 1 });
     let most = bars.iter().map(|b| b.count).max().unwrap_or(1).max(1);
+    let written = |x: f64, digits: usize| format!("{:1$.digits$}", x / MM, digits + 3);
+    let are_distinct = |digits: &usize| bars.iter().all(|b| written(b.from, *digits) != written(b.to, *digits));
+    let digits = (DIGITS[0]..=DIGITS[1]).find(are_distinct).unwrap_or(DIGITS[0]);
+    let widest = WIDEST - 2 * (digits - DIGITS[0]);
     bars.iter()
         .map(|b| {
-            let length = (b.count * WIDEST).div_ceil(most);
-            format!("{:6.3} - {:6.3} mm {:4} {}\n", b.from / MM, b.to / MM, b.count, "█".repeat(length))
+            let bar = "█".repeat((b.count * widest).div_ceil(most));
+            format!("{} - {} mm {:4} {bar}\n", written(b.from, digits), written(b.to, digits), b.count)
         })
         .collect()
 }
