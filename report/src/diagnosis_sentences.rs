@@ -2,7 +2,7 @@
 
 use super::effect_names::{all_called, called, capital};
 use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
-use super::finding_notes::{moment_words, same_words};
+use super::finding_notes::{called_beside_moment, moment_words, same_words, timed_moment_words};
 use super::gallery::gallery_page;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::{intervention_words, meaning};
@@ -334,9 +334,8 @@ fn left(d: &Diagnosis) -> String {
 fn saw_means_do(f: &Finding, registry: &Registry) -> Vec<String> {
     let h = &f.hypothesis;
     let at = match (&h.place, &h.moment) {
-        (None | Some(Place::Sample(_)), _) => String::new(),
-        (Some(Place::Order(_)), _) => String::new(),
-        (Some(Place::Time(t)), Some(moment)) => format!(", after {t:.1} s, {}", moment_words(moment)),
+        (None | Some(Place::Sample(_) | Place::Order(_)), _) => String::new(),
+        (Some(Place::Time(_)), Some(moment)) => format!(", {}", timed_moment_words(moment)),
         (Some(Place::Time(t)), None) => format!(", after {t:.1} s"),
     };
     let hidden = if h.visible < HIDDEN {
@@ -354,7 +353,7 @@ fn saw_means_do(f: &Finding, registry: &Registry) -> Vec<String> {
     };
     let saw = format!(
         "Saw: {}{at}: {}; explains {:.0} % of the residual, probability {:.2}{hidden}{rivals}.",
-        called(registry, &h.in_model),
+        called_beside_moment(f, registry),
         sizes(f),
         100.0 * h.explains,
         f.probability

@@ -8,7 +8,7 @@ use calibench::effects::family::Scan;
 use calibench::effects::registry::Registry;
 use calibench::selection::ladder::LadderStep;
 
-use super::effect_names::{called, capital};
+use super::effect_names::{called, capital, few_of};
 
 /// The measurement that would separate an effect from those exactly aliased with it.
 pub(super) fn parted_by(f: &Finding, registry: &Registry) -> Option<String> {
@@ -40,7 +40,28 @@ pub(super) fn moment_words(m: &Moment) -> String {
     let [before, after] = &m.between;
     let [low, high] = &m.credible;
     let session = m.session.as_ref().map_or(String::new(), |s| format!(" of session {s}"));
-    format!("between samples {before} and {after}{session} (95 %: {low} to {high})")
+    let undecided = match m.undecided.as_slice() {
+        [] => String::new(),
+        [one] => format!(", and on which side of it the held-out {one} lies is not known"),
+        several => format!(", and on which side of it the held-out {} lie is not known", few_of(several)),
+    };
+    format!("between samples {before} and {after}{session} (95 %: {low} to {high}){undecided}")
+}
+
+/// The effect of a finding in a sentence that says when it was: without the time in its id, which is known no better.
+pub(super) fn called_beside_moment(f: &Finding, registry: &Registry) -> String {
+    let id = &f.hypothesis.in_model;
+    let words = called(registry, id);
+    match (&f.hypothesis.moment, id.last_argument()) {
+        (Some(_), Some(seconds)) => words.replacen(&format!(" after {seconds} s"), "", 1),
+        _ => words,
+    }
+}
+
+/// The moment of a step with the times between which it was: the time in the id of the step is one in their midst.
+pub(super) fn timed_moment_words(m: &Moment) -> String {
+    let [before, after] = m.between_s;
+    format!("between {before:.1} s and {after:.1} s, {}", moment_words(m))
 }
 
 /// The most recent finding, in the diagnoses of earlier steps, of each effect that a step adds.
@@ -61,7 +82,7 @@ pub fn added_sentences(added: &[EffectId], below: &[&LadderStep]) -> Vec<String>
             .hypothesis
             .moment
             .as_ref()
-            .map(|m| format!("{}: {}.", capital(&called(registry, &f.hypothesis.in_model)), moment_words(m)));
+            .map(|m| format!("{}: {}.", capital(&called_beside_moment(f, registry)), timed_moment_words(m)));
         when.into_iter().chain(same_words(f, registry).map(|same| format!("{}.", capital(&same)))).collect::<Vec<String>>()
     };
     found(added, below).flat_map(one).collect()

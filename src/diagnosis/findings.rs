@@ -7,7 +7,7 @@ use super::Examination;
 use super::Relevance;
 use super::cross_validation::{cross_validated, folds};
 use super::exact_alias::exact_aliases;
-use super::hypotheses::Hypothesis;
+use super::hypotheses::{Hypothesis, with_undecided};
 use super::{Contribution, Finding, FoundParameter};
 use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
@@ -77,7 +77,7 @@ pub(crate) fn findings(
             }
         }
         Ok(Finding {
-            hypothesis: h.clone(),
+            hypothesis: with_undecided(h, close, datasets),
             probability: probability(h),
             p_family: (p_value * (tests + best_places) as f64).min(1.0),
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.contexts.len() as f64).ln(),

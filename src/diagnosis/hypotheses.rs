@@ -22,6 +22,7 @@ use crate::identify::fit::FitError;
 use crate::robot::JointKind;
 
 pub use hypothesis::{Hypothesis, Moment, Place};
+pub(crate) use steps::with_undecided;
 use trial::{Trial, Tried, TriedPlace, plausible};
 
 /// Integer orders tested on every joint; once and twice per turn are separate effects.

@@ -101,9 +101,13 @@ pub enum Measures {
     Balls,
 }
 
-/// A cell in which six balls are probed ten times each, and what a diagnosis of a model with the base alone finds in it when `effect` has
-/// these sizes, in plausible ones.
+/// What a diagnosis of a model with the base alone finds in a [measured cell](measured).
 pub fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> f64) -> Diagnosis {
+    diagnose(&[NamedDataset::new("d", &measured(effect, measures, size))], &Model::of(&["base_frame"])).unwrap()
+}
+
+/// A cell in which six balls are probed ten times each, when `effect` has these sizes, in plausible ones.
+pub fn measured(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> f64) -> Dataset {
     let mut data = cell();
     for (k, sample) in data.samples.iter_mut().enumerate() {
         if let Measured::Ball { ball, .. } = &mut sample.measured {
@@ -136,5 +140,5 @@ pub fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> 
             _ => {}
         }
     }
-    diagnose(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame"])).unwrap()
+    data
 }

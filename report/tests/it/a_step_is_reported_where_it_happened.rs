@@ -1,11 +1,13 @@
 //! A step is located between the samples between which it occurred, and both the sentences and the JSON report it.
 
-use calibench::diagnosis::Verdict;
+use calibench::diagnosis::{Verdict, diagnose};
 use calibench::effects::registry::Registry;
+use calibench::identify::Model;
+use calibench::measure::dataset::{NamedDataset, SampleSet};
 use calibench_report::documents;
 use calibench_report::sentences;
 
-use crate::effect_cell::{Measures, diagnosed};
+use crate::effect_cell::{Measures, diagnosed, measured};
 
 #[test]
 fn a_step_is_placed_between_the_samples_between_which_it_happened() {
@@ -60,4 +62,30 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     // With points of the tool as well, the two effects are distinguishable.
     let told = diagnosed("base_step:2430", Measures::Both, |_| 3.0);
     assert!(told.findings[0].exactly_same.is_empty());
+}
+
+#[test]
+fn the_time_of_a_step_is_known_to_what_was_measured_around_it() {
+    // At 2430 s, among the points and balls of every minute, of which those at 2400 s and 2460 s are held out.
+    let mut data = measured("base_step:2430", Measures::Both, |_| 3.0);
+    for sample in data.samples.iter_mut().filter(|s| ["s039", "s040"].contains(&s.id.as_str())) {
+        sample.set = SampleSet::Validation;
+    }
+    let told = diagnose(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame"])).unwrap();
+    let moment = told.findings[0].hypothesis.moment.as_ref().unwrap();
+    assert_eq!(
+        (moment.between_s, moment.undecided.as_slice()),
+        ([2340.0, 2520.0], ["s039", "s040"].map(str::to_owned).as_slice())
+    );
+    let said = sentences(&told).into_iter().map(|s| s.text).find(|s| s.starts_with("Saw: ")).unwrap();
+    assert!(said.starts_with("Saw: base bumped (base_step:"), "{said}");
+    assert!(said.contains("), between 2340.0 s and 2520.0 s, between samples s038 and s041 (95 %"), "{said}");
+    assert!(said.contains("on which side of it the held-out s039, s040 lie is not known"), "{said}");
+    // What moves one ball alone says nothing of the others.
+    let mut data = measured("ball_step:b002:4000", Measures::Both, |_| 3.0);
+    let is_held_out = |id: &str| ["s066", "s067"].contains(&id);
+    data.samples.iter_mut().filter(|s| is_held_out(&s.id)).for_each(|s| s.set = SampleSet::Validation);
+    let told = diagnose(&[NamedDataset::new("d", &data)], &Model::of(&["base_frame"])).unwrap();
+    let moment = told.findings[0].hypothesis.moment.as_ref().unwrap();
+    assert_eq!(moment.undecided, Vec::<String>::new());
 }

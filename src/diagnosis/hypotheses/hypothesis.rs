@@ -47,6 +47,10 @@ pub struct Moment {
     pub session: Option<String>,
     /// Samples just before and just after the most likely moment.
     pub between: [String; 2],
+    /// Their times since the session began, s. The step occurred between them; the time in a model is one in their midst.
+    pub between_s: [f64; 2],
+    /// Rows of set `validation` between them, by name: on which side of the step they are is not known.
+    pub undecided: Vec<String>,
     /// Samples that enclose the step with 95 % probability, given this effect: the last one before its earliest
     /// credible moment, and the first one after its latest.
     pub credible: [String; 2],

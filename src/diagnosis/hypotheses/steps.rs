@@ -18,7 +18,8 @@ use crate::diagnosis::sweep::Sweep;
 use crate::effects::EffectId;
 use crate::effects::facts::{Follows, Offered};
 use crate::effects::family::{Family, Origin, Scan};
-use crate::identify::problem::SampleContext;
+use crate::identify::problem::{SampleContext, Use};
+use crate::measure::dataset::{Measured, NamedDataset, Sample};
 
 /// Largest number of gaps between samples that are tried at once. Of more gaps, this many are tried at even spacing,
 /// then again between the neighbours of the best one.
@@ -228,8 +229,32 @@ fn moment(examination: &Examination, gaps: &[Gap], tried: &[usize], aware: &[f64
     Moment {
         session: (setups.len() > 1).then(|| setups[gaps[best].setup].label.clone()),
         between: [sample(best, 0), sample(best, 1)],
+        between_s: gaps[best].samples.map(|i| examination.contexts[i].time_s.unwrap_or(gaps[best].moment)),
+        undecided: Vec::new(),
         credible: [sample(low, 0), sample(high, 1)],
     }
+}
+
+/// The hypothesis with the held-out rows that it moves or does not, nobody knows: those between the samples of its moment.
+pub(crate) fn with_undecided(h: &Hypothesis, examination: &Examination, datasets: &[NamedDataset<'_>]) -> Hypothesis {
+    let mut h = h.clone();
+    let (Some(moment), Some(family)) = (&mut h.moment, examination.model.family(&h.in_model)) else { return h };
+    let setups = examination.problem.setups();
+    let Some(setup) = setups.iter().find(|s| moment.session.as_ref().is_none_or(|label| s.label == *label)) else { return h };
+    let [of_dataset, of_session] = setup.name();
+    let of_ball = family.follows.contains(&Follows::Ball);
+    let [before, after] = moment.between_s;
+    for NamedDataset { dataset, .. } in datasets.iter().filter(|d| d.name == of_dataset) {
+        let concerned = |s: &&Sample| match s.measured {
+            Measured::Ball { ball, .. } => !of_ball || dataset.balls.get(ball).map(|b| b.id.as_str()) == h.effect.rest(),
+            _ => !of_ball && family.origin != Origin::Artifact,
+        };
+        let is_between = |s: &&Sample| s.time_s.is_some_and(|t| before < t && t < after);
+        let of_setup = |s: &&Sample| s.session.as_deref().unwrap_or_default() == of_session && Use::Validation.takes(s);
+        let rows = dataset.samples.iter().filter(of_setup).filter(is_between).filter(concerned);
+        moment.undecided.extend(rows.map(|s| s.id.clone()));
+    }
+    h
 }
 
 #[cfg(test)]
