@@ -20,8 +20,8 @@ use crate::measure::dataset::{Dataset, Noise};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM};
 
-/// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
-/// ten micrometres off (docs/importing.md).
+/// Residual of a nominal arm, m, up to which positions may have been computed from its joints: the best arms are some ten
+/// micrometres off (docs/importing.md). An arm that is described as it was calibrated leaves as little where it is measured well.
 const COMPUTED: f64 = 0.015 * MM;
 
 /// Residual of a nominal arm, m, at which the proposal is settled: the worst arm that was seen leaves some ten millimetres.
@@ -155,8 +155,12 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         if found.is_none() && !is_target && refused.is_none() {
             refused = plain.read(path).err();
         }
+        // Deviations stand beside the targets from which they are.
+        let has_differences = !table.differences(&triple).is_empty();
+        let is_computed =
+            |found: &mut Tried<'_>| found.residual <= if has_differences { COMPUTED } else { COMPUTED.min(found.rounding()) };
         // Of few rows, base and tool take up whatever was measured.
-        if let Some(computed) = found.take_if(|found| table.rows >= TELLING && found.residual <= COMPUTED) {
+        if let Some(computed) = found.take_if(|found| table.rows >= TELLING && is_computed(found)) {
             computed_triple.get_or_insert(triple);
             let leaves = computed.residual / MM;
             reasons.push(format!(
@@ -207,6 +211,12 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         dataset = proposal.read(path)?;
     }
     reasons.extend(proposal.reasons(residual));
+    if table.rows >= TELLING && residual <= COMPUTED && proposal.minus.is_none() {
+        reasons.push(format!(
+            "{} agree with the robot's description as those of a calibrated arm do; if they were computed from the joints, give the measured ones",
+            table.titles(&proposal.points)
+        ));
+    }
     if proposal.minus.is_none() {
         reasons.extend(further::add_targets(&mut proposal, &all, &dataset, residual, path));
         dataset = proposal.read(path)?;

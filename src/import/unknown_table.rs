@@ -33,6 +33,8 @@ pub(super) struct TableColumn {
     pub labels: Vec<String>,
     /// Largest number; `None` if more entries than may have failed are not numbers.
     pub largest: Option<f64>,
+    /// Place of the last digit of its numbers, in its unit: 0.001 of numbers with three digits after the point.
+    pub last_digit: f64,
 }
 
 /// Number of lines that are looked at for the delimiter.
@@ -103,6 +105,7 @@ impl Table {
             let largest = are_numbers.then(|| numbers.iter().fold(0.0f64, |m, v| m.max(v.abs())));
             let has = |word: &str| entries.iter().any(|t| t.as_str() == word);
             let is_set = has("fit") && has("validation") && entries.iter().all(|t| ["fit", "validation"].contains(&t.as_str()));
+            let last_digit = entries.iter().map(|t| last_digit(t, decimal)).fold(1.0, f64::min);
             let (stem, unit) = without_unit(&title);
             let mut labels: Vec<String> = Vec::new();
             for &entry in &entries {
@@ -114,7 +117,7 @@ impl Table {
                     break;
                 }
             }
-            TableColumn { place: k + 1, title, stem, unit, is_set, labels, largest }
+            TableColumn { place: k + 1, title, stem, unit, is_set, labels, largest, last_digit }
         };
         Ok(Table {
             delimiter,
@@ -303,6 +306,16 @@ fn delimiter(path: &Path) -> Result<(u8, usize), FileError> {
             "write a map by hand (docs/importing.md)",
         )
     })
+}
+
+/// Place of the last digit of a number as it is written; 1 of what is none.
+fn last_digit(text: &str, decimal: char) -> f64 {
+    if number(text, decimal).is_none() {
+        return 1.0;
+    }
+    let (digits, power) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let after = digits.split_once(decimal).map_or(0, |(_, after)| after.chars().filter(char::is_ascii_digit).count());
+    10f64.powf(power.trim().parse().unwrap_or(0.0) - after as f64)
 }
 
 /// A title in lower case without its unit, and the unit.

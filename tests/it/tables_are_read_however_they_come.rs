@@ -331,3 +331,34 @@ fn the_order_of_rows_states_sides_and_times_where_the_map_says_so() {
     let error = scratch.read(&[table], "[rows]\ninterval_s = 0.0\n").unwrap_err().to_string();
     assert!(error.contains("rows.interval_s: 0 s is not an interval"), "{error}");
 }
+
+/// A table of the nominal arm in a base of its own: joints in degrees and positions in millimetres with so many digits after the point,
+/// the positions off by up to so much, m.
+fn of_the_nominal_arm(digits: usize, off: f64) -> String {
+    let robot = built_in("ur5").unwrap();
+    let base = FramePose { xyz: [0.4, -0.2, 0.1], rz_ry_rx: [0.5, 0.1, -0.2] };
+    let tool = FramePose { xyz: [0.02, 0.03, 0.12], ..FramePose::default() };
+    // Neither joints nor errors repeat.
+    let mixed = |k: usize, by: f64| (2.0 * (k as f64 * by).fract() - 1.0) * 1.2;
+    let row = |k: usize| {
+        let q: Vec<f64> = [0.618, 0.414, 0.732, 0.236, 0.317, 0.162].iter().map(|by| mixed(k + 1, *by)).collect();
+        let at = world_from_tool(&robot, &base, &tool, &q).translation.vector;
+        let numbers = q.iter().map(|q| q.to_degrees()).chain((0..3).map(|c| (at[c] + off * mixed(3 * k + c + 1, 0.871)) / MM));
+        numbers.map(|v| format!("{v:.digits$}")).collect::<Vec<_>>().join(",") + "\n"
+    };
+    "q1,q2,q3,q4,q5,q6,x,y,z\n".to_owned() + &(0..40).map(row).collect::<String>()
+}
+
+#[test]
+fn a_calibrated_arm_is_measured_and_computed_positions_are_not() {
+    let scratch = Scratch::new();
+    for (name, digits) in [("rounded.csv", 3), ("whole.csv", 12)] {
+        let path = scratch.file(name, &of_the_nominal_arm(digits, 0.0));
+        let refused = guess(&path, &built_in("ur5").unwrap(), "ur5").unwrap_err().to_string();
+        assert!(refused.contains("were computed from the joints"), "{name}: {refused}");
+    }
+    let path = scratch.file("measured.csv", &of_the_nominal_arm(6, 5e-6));
+    let (found, dataset) = understood(&path, "ur5");
+    assert!(found.residual < 15e-6 && dataset.samples.len() == 40, "{}", found.residual);
+    assert!(found.reasons.iter().any(|r| r.contains("as those of a calibrated arm do")), "{:?}", found.reasons);
+}
