@@ -102,7 +102,7 @@ fn missed(
     // Priors enter as rows of their own; the ordinary size is in units of the remaining noise.
     let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {
-        let information = problem.parameters()[*p].knowledge.information() * examination.noise_scale.weight().powi(2);
+        let information = problem.information(*p) * examination.noise_scale.weight().powi(2);
         all[(k, k)] += information;
         all[(k, size)] -= information * fit.values[*p];
     }

@@ -11,10 +11,10 @@ use super::projection::Projection;
 use crate::effects::EffectId;
 use crate::identify::Model;
 use crate::identify::calibration::{Calibration, IdentifyError};
-use crate::identify::fit::{Fit, FitError, Outcome, fit};
+use crate::identify::fit::{Fit, FitError, Outcome, by_own_noise, fit};
 use crate::identify::problem::{Problem, SampleContext, Use};
 use crate::math::linalg;
-use crate::math::positive_definite::{self, ScaledCholesky};
+use crate::math::positive_definite;
 use crate::measure::dataset::{Dataset, NamedDataset};
 use crate::residuals::noise::NoiseScale;
 use crate::residuals::noise_floor::NoiseFloor;
@@ -88,7 +88,7 @@ impl Examination {
         let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        Examination::fitted(datasets, model, problem, fit)
+        Examination::fitted(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
     /// As [`Examination::new`], but `None` unless the fit converges within `most` steps.
@@ -106,7 +106,7 @@ impl Examination {
         if fit.outcome != Outcome::Converged || fit.iterations > most {
             return Ok(None);
         }
-        Examination::fitted(datasets, model, problem, fit).map(Some)
+        Examination::fitted(datasets, model, problem, fit, Library::new(datasets, model)).map(Some)
     }
 
     /// The same fit with the columns of every candidate, as [`Examination::new`] adds them.
@@ -118,10 +118,17 @@ impl Examination {
         Examination::of(datasets, &model, problem, fit, Library::new(datasets, &model), noise_scale)
     }
 
-    /// Adds the columns of every candidate of the library to a fit.
-    fn fitted(datasets: &[NamedDataset<'_>], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
+    /// Adds the columns of every candidate of the library to a fit, by its own noise if none is stated.
+    fn fitted(
+        datasets: &[NamedDataset<'_>],
+        model: &Model,
+        problem: Problem,
+        fit: Fit,
+        library: Library,
+    ) -> Result<Self, IdentifyError> {
+        let (problem, fit) = by_own_noise(datasets, problem, fit);
         let noise_scale = NoiseScale::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), noise_scale)
+        Examination::of(datasets, model, problem, fit, library, noise_scale)
     }
 
     /// As [`Examination::new`], with these candidates in place of the library.
@@ -136,8 +143,7 @@ impl Examination {
         let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        let noise_scale = NoiseScale::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, noise_scale)
+        Examination::fitted(datasets, model, problem, fit, Library { candidates, ..Library::default() })
     }
 
     /// Examines planned poses, given as samples at their nominal positions. Joint compliances are set to their
@@ -161,7 +167,7 @@ impl Examination {
 
     /// As this examination, with the same fit but other candidates.
     pub(crate) fn beside(&self, datasets: &[NamedDataset<'_>], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
-        let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
+        let mut problem = Problem::new(datasets, &self.model, Use::Fit)?.at_unit_variance(self.problem.unit_variance());
         problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
         Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.noise_scale.clone())
@@ -183,7 +189,7 @@ impl Examination {
         let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
         linalg::normal_matrix(&rows, &mut products);
         let (m, n) = (fitted.len(), columns.len());
-        let (projection, squares) = project(&products, n, &problem, &fit)?;
+        let (projection, squares) = Projection::of(&products, n, weight, &problem, &fit)?;
         let absorbed = linalg::product_of_transposed(&projection.of_columns, &projection.of_columns);
         let mut gram = products.view((m, m), (n, n)) - absorbed;
         let mut z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
@@ -374,27 +380,4 @@ impl Examination {
         let whole = energy(&|k| self.whole[k]);
         if whole > 0.0 { (energy(&|k| self.gram[(k, k)]) / whole).clamp(0.0, 1.0) } else { 0.0 }
     }
-}
-
-/// The projection orthogonal to the fitted parameters, from the inner products of all rows with `candidates` columns, and
-/// the squared residuals. The prior of a fitted parameter acts as a measurement of it: an extra row in which every
-/// candidate column is zero.
-fn project(products: &DMatrix<f64>, candidates: usize, problem: &Problem, fit: &Fit) -> Result<(Projection, f64), FitError> {
-    let n = candidates;
-    let m = products.nrows() - n - 1;
-    let mut normal = products.view((0, 0), (m, m)).into_owned();
-    let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
-    let mut squares = products[(m + n, m + n)];
-    for (k, p) in fit.kept.iter().enumerate() {
-        let information = problem.parameters()[*p].knowledge.information();
-        normal[(k, k)] += information;
-        gradient[k] -= information * fit.values[*p];
-        squares += information * fit.values[*p].powi(2);
-    }
-    let factor = ScaledCholesky::of(&normal).map_err(|_| FitError::Singular)?;
-    let empty = DMatrix::zeros(m, 0);
-    let mut projection = Projection { factor, of_columns: empty, of_residual: DVector::zeros(m) };
-    projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
-    projection.of_residual = projection.half(gradient).column(0).into_owned();
-    Ok((projection, squares))
 }

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::identify::fit::{Fit, FitError};
+use crate::identify::problem::Problem;
 use crate::math::positive_definite::ScaledCholesky;
 
 /// Separates the part of any vector that the fitted parameters absorb.
@@ -14,6 +16,37 @@ pub(crate) struct Projection {
 }
 
 impl Projection {
+    /// The projection orthogonal to the fitted parameters, from the inner products of all rows with `candidates` columns, times
+    /// `weight` each, and the squared residuals. The prior of a fitted parameter acts as a measurement of it: an extra row in which every
+    /// candidate column is zero.
+    pub fn of(
+        products: &DMatrix<f64>,
+        candidates: usize,
+        weight: f64,
+        problem: &Problem,
+        fit: &Fit,
+    ) -> Result<(Self, f64), FitError> {
+        let n = candidates;
+        let m = products.nrows() - n - 1;
+        let mut normal = products.view((0, 0), (m, m)).into_owned();
+        let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
+        let mut squares = products[(m + n, m + n)];
+        // What is held against the noise of its own is in the unit of rows without weight.
+        let of_prior = if problem.unit_variance() < 1.0 { weight * weight } else { 1.0 };
+        for (k, p) in fit.kept.iter().enumerate() {
+            let information = problem.information(*p) * of_prior;
+            normal[(k, k)] += information;
+            gradient[k] -= information * fit.values[*p];
+            squares += information * fit.values[*p].powi(2);
+        }
+        let factor = ScaledCholesky::of(&normal).map_err(|_| FitError::Singular)?;
+        let empty = DMatrix::zeros(m, 0);
+        let mut projection = Projection { factor, of_columns: empty, of_residual: DVector::zeros(m) };
+        projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
+        projection.of_residual = projection.half(gradient).column(0).into_owned();
+        Ok((projection, squares))
+    }
+
     /// Computes `L^-1 S x`, where x holds inner products with the fitted columns.
     pub fn half(&self, products: DMatrix<f64>) -> DMatrix<f64> {
         self.factor.half(products)

@@ -66,7 +66,7 @@ impl Adjustment {
         let parameters = problem.parameters();
         let unknowns = kept.len();
         let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Prior::Uninformative).count();
-        let information = kept.iter().map(|&p| parameters[p].knowledge.information());
+        let information = kept.iter().map(|&p| problem.information(p));
         Adjustment {
             information: information.collect(),
             values: problem.start(),

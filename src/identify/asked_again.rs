@@ -121,7 +121,7 @@ fn fitted(problem: &Problem, chosen: Determined, start: &[f64]) -> Option<Adjust
 /// What one linear step from `values` would leave with all these parameters.
 fn within_reach(problem: &Problem, values: &[f64], all: &Determined) -> Left {
     let rows = problem.whitened(values, &all.kept);
-    let known = |p: usize| problem.parameters()[p].knowledge.information();
+    let known = |p: usize| problem.information(p);
     let priors: Vec<(usize, usize)> = all.kept.iter().copied().enumerate().filter(|&(_, p)| known(p) > 0.0).collect();
     let (m, n) = (all.kept.len(), rows.ncols());
     let mut tall = DMatrix::zeros(n + priors.len(), m + 1);

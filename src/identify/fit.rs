@@ -9,8 +9,10 @@ use super::asked_again::asked_again;
 use super::determined::{all, determined_with};
 
 use super::Adjustment;
-use super::problem::Problem;
+use super::problem::{Prior, Problem, Use};
 use crate::effects::{EffectId, Owner};
+use crate::measure::dataset::NamedDataset;
+use crate::measure::poses::Postures;
 
 /// The columns are selected again after a fit that moved a tool or a ball by more plausible sizes than this, since they
 /// have changed.
@@ -29,6 +31,18 @@ const MOST_EXCESS: f64 = 100.0;
 /// posture.
 const NESTED: f64 = 1e-6;
 
+/// Largest number of times that the noise is estimated anew: each takes up most of what the one before left.
+const MOST_NOISES: usize = 12;
+
+/// A variance of the noise that falls by less than this factor has settled: sizes change by less than a hundredth of a sigma.
+const SETTLED: f64 = 0.98;
+
+/// Share of the degrees of freedom that must be left beside the plausible sizes: of fewer the noise is not known.
+const LEAST_FREE: f64 = 0.5;
+
+/// Smallest variance of unit weight: a thousandth of the noise that is supposed of data that state none, 0.1 um.
+const FINEST: f64 = 1e-6;
+
 /// Fits all unknowns of the problem from its start.
 ///
 /// # Errors
@@ -36,6 +50,50 @@ const NESTED: f64 = 1e-6;
 pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
     let start = problem.start();
     fit_some(problem, &start, &all(problem))
+}
+
+/// A fit of a problem whose noise is not stated, its plausible sizes held against the noise that it leaves, and the problem with that
+/// noise. The residuals of a tracker are far below the noise that is supposed of data that state none: against that, an effect that
+/// they show exactly would be held near zero. With stated noise, and where nothing is gained, both stay as they are.
+pub(crate) fn by_own_noise(datasets: &[NamedDataset<'_>], mut problem: Problem, mut fit: Fit) -> (Problem, Fit) {
+    if problem.noise_stated() || !problem.is_held_plausibly() {
+        return (problem, fit);
+    }
+    // Rows of one posture share what the arm errs there: they are not more than one row against a plausible size.
+    let postures = Postures::of(datasets, |s| Use::Fit.takes(s)).count().max(1);
+    let repetition = problem.sample_count() as f64 / postures as f64;
+    for _ in 0..MOST_NOISES {
+        let before = problem.unit_variance();
+        let left = left_variance(&problem, &fit).map(|left| left * repetition);
+        let Some(left) = left.filter(|left| *left < SETTLED * before) else { break };
+        problem = problem.at_unit_variance(left);
+        match fit_judged(&problem, &problem.start(), &fit.values, &all(&problem), &[]) {
+            Ok(again) if again.outcome == fit.outcome => fit = Fit { iterations: fit.iterations + again.iterations, ..again },
+            _ => {
+                problem = problem.at_unit_variance(before);
+                break;
+            }
+        }
+    }
+    (problem, fit)
+}
+
+/// Variance of unit weight of the residuals beside what the plausible sizes take up; `None` if there are none, or if they could take
+/// up most of it.
+fn left_variance(problem: &Problem, fit: &Fit) -> Option<f64> {
+    let parameters = problem.parameters();
+    let unit = fit.chi2 / fit.dof as f64;
+    let (mut squares, mut numbers, mut held) = (fit.chi2, 0.0, false);
+    for (k, &p) in fit.kept.iter().enumerate() {
+        if let Prior::Plausible(_) = parameters[p].knowledge {
+            held = true;
+            squares -= problem.information(p) * fit.values[p].powi(2);
+            // The share of a parameter that the samples determine (MacKay).
+            numbers += (1.0 - problem.information(p) * fit.covariance[(k, k)] / unit).clamp(0.0, 1.0);
+        }
+    }
+    let dof = fit.dof as f64 - numbers;
+    (held && dof > LEAST_FREE * fit.dof as f64).then(|| (squares / dof).max(FINEST))
 }
 
 /// Fits the parameters listed in `free` (ascending) and leaves the others at `start` (deviations, SI).

@@ -2,7 +2,7 @@
 
 use super::Model;
 use super::calibration::{Calibration, IdentifyError};
-use super::fit::{covariance_with_model_error, fit};
+use super::fit::{by_own_noise, covariance_with_model_error, fit};
 use super::problem::{Problem, Use};
 use crate::math::rms;
 use crate::measure::dataset::NamedDataset;
@@ -45,7 +45,7 @@ const ROUNDING: f64 = 1e-12;
 /// # Errors
 /// When data and model do not match, or do not determine the unknowns.
 pub fn identify(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Calibration, IdentifyError> {
-    identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?)
+    identified(datasets, model, Problem::new(datasets, model, Use::Fit)?)
 }
 
 /// The calibration of [`identify`] with its observability indices and condition number left out (NaN), for studies of many
@@ -54,13 +54,14 @@ pub fn identify(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Calibrat
 /// # Errors
 /// As [`identify`].
 pub fn identify_without_indices(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Calibration, IdentifyError> {
-    identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?.without_indices())
+    identified(datasets, model, Problem::new(datasets, model, Use::Fit)?.without_indices())
 }
 
-fn identified(datasets: &[NamedDataset<'_>], model: &Model, problem: &Problem) -> Result<Calibration, IdentifyError> {
-    let fit = fit(problem)?;
-    let covariance = covariance_with_model_error(problem, &fit)?;
-    let calibration = Calibration::with_covariance(datasets, model, problem, &fit, &covariance);
+fn identified(datasets: &[NamedDataset<'_>], model: &Model, problem: Problem) -> Result<Calibration, IdentifyError> {
+    let first = fit(&problem)?;
+    let (problem, fit) = &by_own_noise(datasets, problem, first);
+    let covariance = covariance_with_model_error(problem, fit)?;
+    let calibration = Calibration::with_covariance(datasets, model, problem, fit, &covariance);
     match calibration.values_for(problem) {
         (values, unseen) if unseen.is_empty() => calibration.check_rms(rms(&problem.residuals(&values)))?,
         _ => calibration.check_residual(datasets, &calibration)?,

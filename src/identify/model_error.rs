@@ -43,7 +43,7 @@ pub(crate) fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Resul
     }
     let contexts = problem.contexts(&fit.values);
     let near = problem.whitened(&fit.values, &fit.kept);
-    let information: Vec<f64> = fit.kept.iter().map(|&p| problem.parameters()[p].knowledge.information()).collect();
+    let information: Vec<f64> = fit.kept.iter().map(|&p| problem.information(p)).collect();
     let by_errors = joint_errors(problem, fit, &near, &contexts, &information)?;
     let by_postures = left_out_in_turn(&near, &contexts, &information)?;
     Ok(widest(&fit.covariance, [by_errors, by_postures]))

@@ -73,6 +73,8 @@ pub struct Problem {
     most_steps: Option<usize>,
     /// True if a fit gives no observability indices.
     without_indices: bool,
+    /// Variance of unit weight against which plausible sizes are held: 1 if the noise is stated, or taken for what it is without.
+    unit_variance: f64,
 }
 
 impl Problem {
@@ -167,6 +169,29 @@ impl Problem {
     #[must_use]
     pub fn without_indices(self) -> Self {
         Problem { without_indices: true, ..self }
+    }
+
+    /// Information on parameter `p` beside the samples, 1/SI², in the unit of the whitened residuals: that of its prior, and of a
+    /// plausible size in the unit of the [noise of its own](super::fit::by_own_noise).
+    pub(crate) fn information(&self, p: usize) -> f64 {
+        let knowledge = self.parameters[p].knowledge;
+        knowledge.information() * if matches!(knowledge, Prior::Plausible(_)) { self.unit_variance } else { 1.0 }
+    }
+
+    /// Variance of unit weight against which plausible sizes are held.
+    pub(crate) fn unit_variance(&self) -> f64 {
+        self.unit_variance
+    }
+
+    /// The same problem, whose plausible sizes are held against this variance of unit weight.
+    #[must_use]
+    pub(crate) fn at_unit_variance(self, unit_variance: f64) -> Self {
+        Problem { unit_variance, ..self }
+    }
+
+    /// True if what is known beside the samples is of their size alone, as it is in the catalogue.
+    pub(super) fn is_held_plausibly(&self) -> bool {
+        self.priors.is_empty() && self.field_numbers == 0.0
     }
 
     /// True if a fit gives observability indices and a condition number.

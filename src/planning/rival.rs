@@ -68,7 +68,7 @@ impl State {
         information /= variance;
         let mut gradient = products.view((0, size), (size, 1)).column(0) / variance;
         for (k, &p) in fit.kept.iter().enumerate() {
-            let known = problem.parameters()[p].knowledge.information();
+            let known = problem.information(p);
             information[(k, k)] += known;
             gradient[k] -= known * fit.values[p];
         }

@@ -267,6 +267,7 @@ impl<'a> Assembly<'a> {
             room: None,
             most_steps: None,
             without_indices: false,
+            unit_variance: 1.0,
         };
         for (d, NamedDataset { dataset, .. }) in datasets.iter().enumerate() {
             let of_catalogue = |e: &EffectId| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove));

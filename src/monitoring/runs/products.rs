@@ -108,7 +108,7 @@ impl Products {
         let others = of_part.pop().unwrap_or_else(|| unreachable!("one more than there are halves"));
         let of_run = of_part.chunks(PARTS).map(|parts| parts.iter().sum()).collect();
         let weight2 = examination.noise_scale.weight().powi(2);
-        let prior = |p: &usize| weight2 * problem.parameters()[*p].knowledge.information();
+        let prior = |p: &usize| weight2 * problem.information(*p);
         let information: Vec<f64> = fit.kept.iter().map(prior).collect();
         Products {
             counts: of[..PARTS * runs]

@@ -228,7 +228,7 @@ impl Near {
         let scales: Vec<f64> = (0..parameters).map(|k| 1.0 / rows.row(k).norm().max(f64::MIN_POSITIVE)).collect();
         scales.iter().enumerate().for_each(|(k, s)| rows.row_mut(k).scale_mut(*s));
         let known = fit.kept.iter().zip(&scales).map(|(&p, s)| {
-            let information = problem.parameters()[p].knowledge.information();
+            let information = problem.information(p);
             (information * s * s, -information * fit.values[p] * s)
         });
         let mut of_orientation = vec![false; rows.ncols()];

@@ -86,7 +86,7 @@ impl<'a> Linear<'a> {
         let parameters = problem.parameters();
         let postures = postures(contexts);
         let weight2 = examination.noise_scale.weight().powi(2);
-        let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * parameters[p].knowledge.information()).collect();
+        let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * problem.information(p)).collect();
         let pull = fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect();
         Linear {
             rows,
