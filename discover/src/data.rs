@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use calibench::diagnosis::Examination;
+use calibench::diagnosis::{Examination, WhitenedRows};
 use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::NamedDataset;
 use calibench::units::{DEG, MM};
@@ -69,7 +69,7 @@ impl Data {
         let measured = spans.last().map_or(0, |s| s.end);
         // Rows of known distances and of priors, which no sample measures, stay.
         let rows: Vec<usize> = samples.iter().flat_map(|&i| spans[i].clone()).chain(measured..whitened.rows.ncols()).collect();
-        let priors: Vec<Stated> = priors(examination);
+        let priors: Vec<Stated> = priors(&whitened);
         let residuals = rows.len() + priors.len();
         let mut fitted = DMatrix::zeros(residuals, whitened.fitted);
         fitted.rows_mut(0, rows.len()).copy_from(&whitened.rows.rows(0, whitened.fitted).select_columns(&rows).transpose());
@@ -253,13 +253,11 @@ struct Stated {
     value: f64,
 }
 
-fn priors(examination: &Examination) -> Vec<Stated> {
-    let (problem, fit) = (examination.problem(), examination.fit());
-    let of = |(parameter, &p): (usize, &usize)| {
-        let information = problem.parameters()[p].knowledge.information();
-        (information > 0.0).then(|| Stated { parameter, weight: information.sqrt(), value: fit.values[p] })
+fn priors(whitened: &WhitenedRows<'_>) -> Vec<Stated> {
+    let of = |(parameter, (&information, &value)): (usize, (&f64, &f64))| {
+        (information > 0.0).then(|| Stated { parameter, weight: information.sqrt(), value })
     };
-    fit.kept.iter().enumerate().filter_map(of).collect()
+    whitened.information.iter().zip(&whitened.values).enumerate().filter_map(of).collect()
 }
 
 /// Columns beside others.

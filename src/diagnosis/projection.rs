@@ -6,6 +6,12 @@ use crate::identify::fit::{Fit, FitError};
 use crate::identify::problem::Problem;
 use crate::math::positive_definite::ScaledCholesky;
 
+/// Information of the prior of a parameter beside rows that are times `weight` each.
+pub(super) fn information(problem: &Problem, parameter: usize, weight: f64) -> f64 {
+    // What is held against the noise of its own is in the unit of rows without weight.
+    problem.information(parameter) * if problem.unit_variance() < 1.0 { weight * weight } else { 1.0 }
+}
+
 /// Separates the part of any vector that the fitted parameters absorb.
 pub(crate) struct Projection {
     /// Cholesky factor L of the normal matrix of the fitted columns, scaled by S to a unit diagonal.
@@ -31,10 +37,8 @@ impl Projection {
         let mut normal = products.view((0, 0), (m, m)).into_owned();
         let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
         let mut squares = products[(m + n, m + n)];
-        // What is held against the noise of its own is in the unit of rows without weight.
-        let of_prior = if problem.unit_variance() < 1.0 { weight * weight } else { 1.0 };
         for (k, p) in fit.kept.iter().enumerate() {
-            let information = problem.information(*p) * of_prior;
+            let information = information(problem, *p, weight);
             normal[(k, k)] += information;
             gradient[k] -= information * fit.values[*p];
             squares += information * fit.values[*p].powi(2);

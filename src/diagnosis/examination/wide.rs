@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 
 use super::super::library::{Candidate, Library};
+use super::super::projection::information;
 use super::Examination;
 use crate::effects::EffectId;
 use crate::effects::own::OwnEffect;
@@ -116,6 +117,10 @@ pub struct WhitenedRows<'a> {
     pub rows: &'a DMatrix<f64>,
     /// Number of fitted parameters.
     pub fitted: usize,
+    /// Information of the prior of each, in the unit of the rows; zero without one.
+    pub information: Vec<f64>,
+    /// Value of each as deviation from nominal, SI.
+    pub values: Vec<f64>,
     /// The candidates' columns, by their rows in `rows`.
     pub candidates: Vec<CandidateRows<'a>>,
 }
@@ -138,7 +143,10 @@ impl Examination {
                 id: &candidate.id,
                 rows: fitted + span.first..fitted + span.range().end,
             });
-        WhitenedRows { rows: &self.rows, fitted, candidates: columns.collect() }
+        let weight = self.noise_scale.weight();
+        let information = self.fit.kept.iter().map(|&p| information(&self.problem, p, weight)).collect();
+        let values = self.fit.kept.iter().map(|&p| self.fit.values[p]).collect();
+        WhitenedRows { rows: &self.rows, fitted, information, values, candidates: columns.collect() }
     }
 
     /// Whitened columns, per SI unit, of the terms of a user-defined effect beside this fit: one row for each of its parameters.
