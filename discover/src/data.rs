@@ -17,8 +17,8 @@ use crate::samples::{Place, known, place_columns, places};
 use crate::score::Products;
 use crate::variables::{Shown, Variable};
 
-/// Log odds below which nothing is said to stand out: 3 to 1.
-pub(crate) const STANDS_OUT: f64 = 1.1;
+/// Log odds below which nothing is said to stand out: 20 to 1.
+pub(crate) const STANDS_OUT: f64 = 3.0;
 
 /// Rms of an error of an angle, rad, beyond which it is none of a calibrated arm: a degree is a lost zero, not a law.
 const LARGEST_TURN: f64 = 0.3 * DEG;
