@@ -33,7 +33,7 @@ fn a_hose_at_the_wrist_becomes_an_effect_of_the_model() {
     // Whoever fits the model gets the residual that the search told.
     let fitted = calibench(at, &["identify", "run/trical", "--model", "model.toml", "--json"]);
     let fitted: Value = serde_json::from_slice(&fitted.stdout).unwrap();
-    let residual = fitted["rms_um"].as_f64().unwrap() / 1000.0;
+    let residual = fitted["residual_mm"].as_f64().unwrap();
     assert!((residual - step.after.residual_mm).abs() < 1e-3 * residual, "{residual} {}", step.after.residual_mm);
     // A second search begins where the first ended, and takes no name twice.
     let again = calibench(at, &["discover", "run/trical", "--model", "model.toml", "--json"]);
