@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use calibench::diagnosis::{Examination, WhitenedRows};
 use calibench::identify::calibration::IdentifyError;
+use calibench::identify::problem::Use;
 use calibench::measure::dataset::NamedDataset;
+use calibench::measure::poses::Postures;
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, DVector};
 
@@ -54,6 +56,8 @@ pub(crate) struct Data {
     steps: Vec<Listed>,
     /// The residuals.
     residual: DVector<f64>,
+    /// Number of samples that count as one.
+    repetition: f64,
 }
 
 impl Data {
@@ -107,6 +111,7 @@ impl Data {
             listed: catalogue::of_library(examination, &rows, residuals),
             steps: Vec::new(),
             residual,
+            repetition: Postures::of(datasets, |s| Use::Fit.takes(s)).repetition(),
         };
         data.catalogue = data.listed.iter().fold(data.catalogue, |all, one| beside(&all, &one.columns));
         let ids: Vec<&str> = samples.iter().map(|&i| problem.sample_ids()[i].as_str()).collect();
@@ -122,7 +127,7 @@ impl Data {
 
     /// The residuals, with what is fitted or taken.
     pub fn ground(&self, taken: &DMatrix<f64>) -> Ground {
-        Ground::new(taken, &self.catalogue, &DMatrix::from_columns(std::slice::from_ref(&self.residual)))
+        Ground::new(taken, &self.catalogue, &DMatrix::from_columns(std::slice::from_ref(&self.residual)), self.repetition)
     }
 
     /// True if what was found is a law that nobody listed, of a size that can be.
@@ -139,7 +144,7 @@ impl Data {
         let (gram, with) = metric.products(&columns);
         let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
         let explained = Products::of(&gram, &whole).map_or(0.0, |products| products.explained(&with));
-        (metric.energies[0] - explained) / (metrics.dof - kept.len() as f64).max(1.0)
+        (metric.energies[0] - explained) / (metrics.free_residuals - kept.len() as f64).max(1.0)
     }
 
     fn rms_of(&self, found: &Found, metrics: &Metrics) -> f64 {

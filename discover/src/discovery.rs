@@ -17,8 +17,9 @@ use crate::rivals::rivals;
 /// Largest share of data without a law in which one is said to be found.
 pub const FALSE_LAW_RATE: f64 = 0.01;
 
-/// Odds below which an effect of the catalogue is named in place of a law.
-const OVER_THE_CATALOGUE: f64 = 20.0;
+/// Odds below which effects of the catalogue are named in place of a law: what somebody has seen in a robot before is that much more
+/// likely to be in this one than one law among hundreds of thousands.
+const OVER_THE_CATALOGUE: f64 = 1e4;
 
 /// Probability of its place from which on a law is taken.
 const CERTAIN: f64 = 0.9;

@@ -88,7 +88,7 @@ impl Nothing {
     pub fn p_of(&self, field: &Field<'_>, ground: &Ground, catalogue: &DMatrix<f64>, ln_odds: f64) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let all: Vec<DVector<f64>> = (0..SIMULATED).map(|_| self.simulated(field, ground, &mut random)).collect();
-        let simulated = Ground::new(&ground.fitted, catalogue, &DMatrix::from_columns(&all));
+        let simulated = ground.with(catalogue, &DMatrix::from_columns(&all));
         let found = field.search(&simulated.metrics(), false).of_series;
         let n = found.len() as f64;
         let mean = found.iter().sum::<f64>() / n;

@@ -24,11 +24,14 @@ pub(crate) struct Ground {
     lengths: Vec<f64>,
     /// Residuals, one series a column: the data, then simulated ones.
     pub series: DMatrix<f64>,
+    /// Number of samples that count as one: those of one posture have the error of the arm there in common.
+    repetition: f64,
 }
 
 impl Ground {
-    /// The ground of these fitted columns and those of the catalogue (residuals x columns each).
-    pub fn new(fitted: &DMatrix<f64>, catalogue: &DMatrix<f64>, series: &DMatrix<f64>) -> Self {
+    /// The ground of these fitted columns and those of the catalogue (residuals x columns each), of samples of which `repetition` count
+    /// as one.
+    pub fn new(fitted: &DMatrix<f64>, catalogue: &DMatrix<f64>, series: &DMatrix<f64>, repetition: f64) -> Self {
         let fitted = orthonormal(fitted);
         let seen = catalogue - &fitted * fitted.tr_mul(catalogue);
         let eigen = seen.tr_mul(&seen).symmetric_eigen();
@@ -36,12 +39,22 @@ impl Ground {
         let background = &seen * eigen.eigenvectors.select_columns(&kept);
         let lengths = kept.iter().map(|&k| eigen.eigenvalues[k]).collect();
         let series = series - &fitted * fitted.tr_mul(series);
-        Ground { fitted, background, lengths, series }
+        Ground { fitted, background, lengths, series, repetition }
     }
 
-    /// Degrees of freedom of the residuals.
+    /// Degrees of freedom of the residuals, repeats counted once.
     pub fn dof(&self) -> f64 {
+        (self.series.nrows() as f64 / self.repetition - self.fitted.ncols() as f64).max(1.0)
+    }
+
+    /// Number of residuals less that of fitted parameters.
+    pub fn free_residuals(&self) -> f64 {
         (self.series.nrows() - self.fitted.ncols()) as f64
+    }
+
+    /// The same ground with other residuals.
+    pub fn with(&self, catalogue: &DMatrix<f64>, series: &DMatrix<f64>) -> Self {
+        Ground::new(&self.fitted, catalogue, series, self.repetition)
     }
 
     /// The metric under a background of `size`.
@@ -74,7 +87,7 @@ impl Ground {
         let of_size: Vec<Metric> = SIZES.iter().map(|&size| self.metric(size)).collect();
         let all = |s: usize| of_size.iter().map(|m| m.ln_evidence[s]).collect::<Vec<_>>();
         let ln_whole = (0..self.series.ncols()).map(|s| ln_sum_exp(&all(s))).collect();
-        Metrics { of_size, ln_whole, dof: self.dof() }
+        Metrics { of_size, ln_whole, dof: self.dof(), free_residuals: self.free_residuals() }
     }
 }
 
@@ -85,8 +98,10 @@ pub(crate) struct Metrics {
     pub of_size: Vec<Metric>,
     /// Log of the sum of the evidences of all sizes, for every series.
     pub ln_whole: Vec<f64>,
-    /// Degrees of freedom of the residuals.
+    /// Degrees of freedom of the residuals, repeats counted once.
     pub dof: f64,
+    /// Number of residuals less that of fitted parameters.
+    pub free_residuals: f64,
 }
 
 impl Metrics {

@@ -192,7 +192,7 @@ impl<'a> Scan<'a> {
 
     /// Takes the shares that any better law has to explain of a series.
     fn limit(&mut self, series: usize, best: f64) {
-        let Metrics { of_size, ln_whole, dof } = self.metrics;
+        let Metrics { of_size, ln_whole, dof, .. } = self.metrics;
         let most = self.ln_priors.iter().copied().fold(f64::NEG_INFINITY, f64::max) + self.field.places[self.place].ln_prior;
         let sizes = (of_size.len() as f64).ln();
         for (t, metric) in of_size.iter().enumerate() {

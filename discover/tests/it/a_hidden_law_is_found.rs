@@ -2,11 +2,16 @@
 
 use calibench::identify::problem::Use;
 use calibench::identify::{Model, identify};
-use calibench::measure::dataset::{Dataset, NamedDataset};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
+use calibench::nalgebra::Vector3;
 use calibench::units::MM;
 use calibench_discover::{Discovery, discover};
 
-use super::hidden_laws::{Hidden, LAWS, Law, Place, Without};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::hidden_laws::{Hidden, LAWS, Law, NOISE, Place, Without};
 
 fn found(dataset: &Dataset) -> Discovery {
     discover(&[NamedDataset::new("robot", dataset)], &Model::default_for(dataset)).expect("a search")
@@ -41,11 +46,22 @@ fn outcome(hidden: &Hidden) -> Outcome {
         Some(first) => format!("{}: {}", first.site, first.formula()),
         None => format!("{:?}", found.listed),
     };
+    let placed_by_listed = found.listed.iter().any(|id| is_at(law, id));
     Outcome {
         named: is_listed || first.is_some_and(|first| first.variables.iter().all(|v| follows(&v.name))),
-        placed: is_listed || first.is_some(),
+        placed: is_listed || placed_by_listed || first.is_some(),
         errors,
         said,
+    }
+}
+
+/// True if a listed effect is one of the place of the law.
+fn is_at(law: &Law, id: &str) -> bool {
+    let (family, arguments) = id.split_once(':').unwrap_or((id, ""));
+    match law.place {
+        Place::Joint(j) => arguments.split(':').next() == Some((j + 1).to_string().as_str()),
+        Place::Tool => family.starts_with("tool"),
+        Place::Base => family.starts_with("base"),
     }
 }
 
@@ -75,6 +91,26 @@ fn no_law_is_found_where_there_is_none() {
         let found = found(&Hidden::without(kind, seed).dataset);
         assert!(found.laws.is_empty(), "{kind:?}: {:?}", found.laws);
     }
+}
+
+#[test]
+fn repeats_of_a_posture_are_not_more_evidence() {
+    // Every posture has an error of its own, of 30 um, in all of its ten repeats.
+    let mut dataset = Hidden::without(Without::White, 507).dataset;
+    let mut rng = ChaCha8Rng::seed_from_u64(507);
+    let mut repeats = Vec::new();
+    for sample in dataset.samples.iter().filter(|s| s.set == SampleSet::Fit).take(40) {
+        let Measured::Point(point) = sample.measured else { panic!("points") };
+        let mut off = |size: f64| Vector3::from_fn(|_, _| size * Distribution::<f64>::sample(&StandardNormal, &mut rng));
+        let own = off(3.0 * NOISE);
+        for k in 0..10 {
+            let id = format!("{}-{k}", sample.id);
+            repeats.push(Sample { id, measured: Measured::Point(point + own + off(NOISE)), ..sample.clone() });
+        }
+    }
+    dataset.samples = repeats;
+    let found = found(&dataset);
+    assert!(found.laws.is_empty() && found.listed.is_empty(), "{:?} {:?}", found.laws, found.listed);
 }
 
 #[test]
@@ -150,9 +186,10 @@ fn forty_laws_on_robots_not_looked_at() {
 #[ignore = "a study: validation/run a_hidden_law_is_found"]
 fn four_hundred_robots_without_a_law() {
     let robots = std::env::var("CALIBENCH_ROBOTS").ok().and_then(|t| t.parse().ok()).unwrap_or(100);
-    for kind in [Without::White, Without::Correlated, Without::Ordinary, Without::Many] {
+    let first = std::env::var("CALIBENCH_FIRST").ok().and_then(|t| t.parse().ok()).unwrap_or(901);
+    for kind in [Without::Many, Without::White, Without::Correlated, Without::Ordinary] {
         let mut false_laws = 0;
-        for seed in 901..901 + robots {
+        for seed in first..first + robots {
             let found = found(&Hidden::without(kind, seed).dataset);
             false_laws += usize::from(!found.laws.is_empty());
             found.laws.iter().for_each(|l| println!("{kind:?} {seed}: {} {}", l.site, l.formula()));
