@@ -29,7 +29,7 @@ mod whiteness;
 
 pub use curve_families::CurveFamily;
 pub use diagnose::{diagnose, diagnose_examined};
-pub use examination::{CandidateRows, Examination, WhitenedRows};
+pub use examination::Examination;
 pub(crate) use relevance::Relevance;
 pub use scatter::Scatter;
 pub use symptoms::Symptom;

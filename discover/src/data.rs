@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use calibench::diagnosis::{Examination, WhitenedRows};
+use calibench::diagnosis::Examination;
+use calibench::diagnosis::library::WhitenedRows;
 use calibench::identify::calibration::IdentifyError;
 use calibench::identify::problem::Use;
 use calibench::measure::dataset::NamedDataset;

@@ -20,7 +20,6 @@ use crate::residuals::noise::NoiseScale;
 use crate::residuals::noise_floor::NoiseFloor;
 
 use wide::Wide;
-pub use wide::{CandidateRows, WhitenedRows};
 pub(crate) use wide::{Column, Span};
 
 /// Degrees of freedom that a stated noise is worth: a stated value is often wrong by a factor of 1.5.

@@ -1,6 +1,10 @@
 //! The candidates: every effect of the catalogue and of the user that is not in the fitted model and that the data can
 //! test.
 
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
 use crate::effects;
 use crate::effects::facts::{Offered, Role};
 use crate::effects::family::{Family, Scan};
@@ -44,6 +48,31 @@ pub struct Library {
     pub balls: Vec<String>,
     /// True if anything other than balls is measured.
     pub other_targets: bool,
+}
+
+/// The whitened residuals of a fit beside the columns of its parameters and of every candidate.
+#[derive(Debug, Clone)]
+pub struct WhitenedRows<'a> {
+    /// One row for each fitted parameter (per SI unit), then for each column of a candidate (per plausible size), then the
+    /// residuals; one column for each scalar residual.
+    pub rows: &'a DMatrix<f64>,
+    /// Number of fitted parameters.
+    pub fitted: usize,
+    /// Information of the prior of each, in the unit of the rows; zero without one.
+    pub information: Vec<f64>,
+    /// Value of each as deviation from nominal, SI.
+    pub values: Vec<f64>,
+    /// The candidates' columns, by their rows in `rows`.
+    pub candidates: Vec<CandidateRows<'a>>,
+}
+
+/// Columns of a candidate.
+#[derive(Debug, Clone)]
+pub struct CandidateRows<'a> {
+    /// Its id.
+    pub id: &'a EffectId,
+    /// Its rows in [`WhitenedRows::rows`].
+    pub rows: Range<usize>,
 }
 
 impl Library {

@@ -147,7 +147,7 @@ fn a_law_as_an_effect_is_what_the_search_saw() {
 #[ignore = "a study: validation/run a_hidden_law_is_found"]
 fn forty_laws_on_robots_not_looked_at() {
     let number = |name: &str, otherwise: u64| std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(otherwise);
-    let (first, robots) = (number("CALIBENCH_FIRST", 901), number("CALIBENCH_ROBOTS", 3));
+    let (first, robots) = (number("CALIBENCH_FIRST", 3001), number("CALIBENCH_ROBOTS", 3));
     let (mut all, mut named, mut placed, mut taken) = (0.0, 0.0, 0.0, 0.0);
     println!(
         "| law | named | placed | error before, after, of who knows, mm | what was said of the last |\n|---|---|---|---|---|"
@@ -186,7 +186,7 @@ fn forty_laws_on_robots_not_looked_at() {
 #[ignore = "a study: validation/run a_hidden_law_is_found"]
 fn four_hundred_robots_without_a_law() {
     let robots = std::env::var("CALIBENCH_ROBOTS").ok().and_then(|t| t.parse().ok()).unwrap_or(100);
-    let first = std::env::var("CALIBENCH_FIRST").ok().and_then(|t| t.parse().ok()).unwrap_or(901);
+    let first = std::env::var("CALIBENCH_FIRST").ok().and_then(|t| t.parse().ok()).unwrap_or(3001);
     for kind in [Without::Many, Without::White, Without::Correlated, Without::Ordinary] {
         let mut false_laws = 0;
         for seed in first..first + robots {

@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::super::library::{Candidate, Library};
+use super::super::library::{Candidate, CandidateRows, Library, WhitenedRows};
 use super::super::projection::information;
 use super::Examination;
-use crate::effects::EffectId;
 use crate::effects::own::OwnEffect;
 use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
@@ -107,31 +106,6 @@ impl Wide {
         }
         rows
     }
-}
-
-/// The whitened residuals of a fit beside the columns of its parameters and of every candidate.
-#[derive(Debug, Clone)]
-pub struct WhitenedRows<'a> {
-    /// One row for each fitted parameter (per SI unit), then for each column of a candidate (per plausible size), then the
-    /// residuals; one column for each scalar residual.
-    pub rows: &'a DMatrix<f64>,
-    /// Number of fitted parameters.
-    pub fitted: usize,
-    /// Information of the prior of each, in the unit of the rows; zero without one.
-    pub information: Vec<f64>,
-    /// Value of each as deviation from nominal, SI.
-    pub values: Vec<f64>,
-    /// The candidates' columns, by their rows in `rows`.
-    pub candidates: Vec<CandidateRows<'a>>,
-}
-
-/// Columns of a candidate.
-#[derive(Debug, Clone)]
-pub struct CandidateRows<'a> {
-    /// Its id.
-    pub id: &'a EffectId,
-    /// Its rows in [`WhitenedRows::rows`].
-    pub rows: Range<usize>,
 }
 
 impl Examination {
