@@ -16,12 +16,11 @@ use crate::factors::{Factors, Known};
 use crate::field::{Field, Found};
 use crate::law::{Law, LawTerm, SeenRange};
 use crate::metric::{Ground, Metrics};
-use crate::samples::{Place, known, place_columns, places};
-use crate::score::Products;
+use crate::samples::{Place, known, place_columns, places, spans};
 use crate::variables::{Shown, Variable};
 
-/// Log odds below which nothing is said to stand out: 20 to 1.
-pub(crate) const STANDS_OUT: f64 = 3.0;
+/// Log odds below which nothing is said to be significant: 20 to 1.
+pub(crate) const SIGNIFICANT: f64 = 3.0;
 
 /// Rms of an error of an angle, rad, beyond which it is none of a calibrated arm: a degree is a lost zero, not a law.
 const LARGEST_TURN: f64 = 0.3 * DEG;
@@ -50,7 +49,7 @@ pub(crate) struct Data {
     /// Columns of the fitted parameters (residuals x parameters).
     pub fitted: DMatrix<f64>,
     /// Columns of the library (residuals x columns).
-    pub catalogue: DMatrix<f64>,
+    catalogue: DMatrix<f64>,
     /// Effects of the library.
     listed: Vec<Listed>,
     /// Steps between two samples.
@@ -66,8 +65,7 @@ impl Data {
         let problem = examination.problem();
         let robot = problem.robot();
         let places = places(robot.joints(), |j| robot.kind(j));
-        let mut spans = Vec::new();
-        problem.for_each_sample(&examination.fit().values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
+        let spans = spans(examination);
         let step = spans.len().div_ceil(MOST_SAMPLES).max(1);
         let samples: Vec<usize> = (0..spans.len()).step_by(step).collect();
         let whitened = examination.whitened();
@@ -142,9 +140,7 @@ impl Data {
         // Without a background, which would count as explained.
         let metric = &metrics.of_size[0];
         let columns = self.field().columns_of(&found.shape).select_columns(kept);
-        let (gram, with) = metric.products(&columns);
-        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
-        let explained = Products::of(&gram, &whole).map_or(0.0, |products| products.explained(&with));
+        let explained = metric.seen_columns(&columns).map_or(0.0, |seen| seen.explained());
         (metric.energies[0] - explained) / (metrics.free_residuals - kept.len() as f64).max(1.0)
     }
 
@@ -163,13 +159,13 @@ impl Data {
         { listed.into_iter().chain([wave]).flatten() }.reduce(|a, b| if b.ln_odds > a.ln_odds { b } else { a })
     }
 
-    /// This listed effect, and those that stand out beside it, one after the other.
+    /// This listed effect, and those that are significant in addition to it, one after the other.
     pub fn together(&self, taken: &DMatrix<f64>, first: Likely) -> Vec<Likely> {
         let mut all = beside(taken, &first.listed.columns);
         let mut chain = vec![first];
         while chain.len() < TOGETHER {
             let metrics = self.ground(&all).metrics();
-            let Some(next) = self.best_listed(&metrics).filter(|next| next.ln_odds > STANDS_OUT) else { break };
+            let Some(next) = self.best_listed(&metrics).filter(|next| next.ln_odds > SIGNIFICANT) else { break };
             all = beside(&all, &next.listed.columns);
             chain.push(next);
         }
@@ -228,21 +224,19 @@ impl Fitted {
     /// Fits columns (residuals x columns) in the metric of the most probable background.
     pub fn of(metrics: &Metrics, columns: &DMatrix<f64>) -> Self {
         let metric = &metrics.of_size[metrics.likely_size(columns)];
-        let (gram, with) = metric.products(columns);
-        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
         let k = columns.ncols();
-        let Some(products) = Products::of(&gram, &whole) else {
+        let Some(seen) = metric.seen_columns(columns) else {
             return Fitted { coefficients: DVector::zeros(k), sigmas: vec![f64::INFINITY; k], explains: 0.0 };
         };
-        let explained = products.explained(&with);
+        let explained = seen.explained();
         let unit = ((metric.energies[0] - explained) / (metrics.dof - k as f64).max(1.0)).max(0.0);
         let sigma = |i: usize| {
             let mut one = vec![0.0; k];
             one[i] = 1.0;
-            (products.coefficients(&one)[i] * unit).sqrt()
+            (seen.products.coefficients(&one)[i] * unit).sqrt()
         };
         Fitted {
-            coefficients: products.coefficients(&with),
+            coefficients: seen.coefficients(),
             sigmas: (0..k).map(sigma).collect(),
             explains: explained / metric.energies[0],
         }

@@ -1,4 +1,4 @@
-//! The search for laws, one after the other, until nothing stands out.
+//! The search for laws, one after the other, until nothing is significant.
 
 use calibench::diagnosis::Examination;
 use calibench::effects::EffectId;
@@ -7,7 +7,7 @@ use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::NamedDataset;
 use nalgebra::DMatrix;
 
-use crate::data::{Data, STANDS_OUT, beside};
+use crate::data::{Data, SIGNIFICANT, beside};
 use crate::false_laws::Nothing;
 use crate::field::Found;
 use crate::law::{Doubt, Law};
@@ -24,22 +24,24 @@ const OVER_THE_CATALOGUE: f64 = 1e4;
 /// Probability of its place from which on a law is taken.
 const CERTAIN: f64 = 0.9;
 
-/// Share of what is left that a law has to explain if more than noise remains.
+/// Share of the residual that a law has to explain if more than noise remains.
 const LARGER_PART: f64 = 0.4;
 
 /// Whitened sum of squares per degree of freedom below which what remains counts as noise, whose size is rarely stated to a quarter.
 const NEARLY_NOISE: f64 = 2.0;
 
-/// Largest number of laws, and of effects of the catalogue beside them.
+/// Largest number of laws.
 const MOST_LAWS: usize = 3;
-/// Largest number of effects of the catalogue that are taken.
+
+/// Largest number of effects of the catalogue in addition to them.
 const MOST_LISTED: usize = 12;
+
 /// What a search found.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Discovery {
     /// The laws, the most evident first.
     pub laws: Vec<Law>,
-    /// The best law, if chance makes one as good too often, or if its place is uncertain: the search ended with it.
+    /// The law with which the search ended, if it is not taken; its `doubt` says why.
     pub suspected: Option<Law>,
     /// Effects of the catalogue that explain better what they explain than any law, in the order in which they were found.
     pub listed: Vec<String>,
@@ -105,7 +107,7 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         let best = searched.best.iter().find(|f| data.is_law(f, &metrics));
         let listed = data.best_listed(&metrics);
         let of_law = best.map_or(f64::NEG_INFINITY, |f| f.ln_odds);
-        let chain = listed.filter(|l| l.ln_odds > STANDS_OUT).map_or_else(Vec::new, |first| data.together(&taken, first));
+        let chain = listed.filter(|l| l.ln_odds > SIGNIFICANT).map_or_else(Vec::new, |first| data.together(&taken, first));
         let sum = |count: usize| chain[..count].iter().map(|l| l.ln_odds).sum::<f64>();
         let needed = (1..=chain.len()).find(|&count| sum(count) >= of_law - OVER_THE_CATALOGUE.ln());
         let mut take_listed = |count: usize, taken: &mut DMatrix<f64>| {
@@ -121,18 +123,18 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
             }
             continue;
         }
-        let Some(best) = best.filter(|f| f.ln_odds > STANDS_OUT) else { break };
+        let Some(best) = best.filter(|f| f.ln_odds > SIGNIFICANT) else { break };
         let columns = field.columns_of(&best.shape);
         let kept = kept_terms(&metrics, &columns);
-        let p_false = Nothing::beside(&field, &ground, &metrics, &columns).p_of(&field, &ground, &data.catalogue, best.ln_odds);
+        let p_false = Nothing::beside(&field, &ground, &metrics, &columns).p_of(&field, &ground, best.ln_odds);
         let mut law = data.law(best, &kept, &metrics, p_false);
         law.p_place = p_place(&searched.best, best.shape.place);
-        law.rivals = rivals(datasets, &examination, &data, &metrics, [std::slice::from_ref(best), &searched.best]);
         law.doubt = doubt(&law, examination.fit().noise_stated.then_some(data.chi2_per_dof_with(&kept, best, &metrics)));
-        // Among much else the catalogue goes first, and what is left is searched again.
+        // Among much else the catalogue goes first, and the residual is searched again.
         if law.doubt == Some(Doubt::MuchElse) && !chain.is_empty() && take_listed(1, &mut taken) {
             continue;
         }
+        law.rivals = rivals(datasets, &examination, &data, &metrics, best, &searched.best);
         if law.doubt.is_some() {
             found.suspected = Some(law);
             break;
@@ -144,7 +146,7 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
     Ok(Discovery { listed: listed_names, ..found })
 }
 
-/// Why a law is not taken; `chi2_per_dof` is what is left beside it, where the noise is stated.
+/// Why a law is not taken; `chi2_per_dof` is that of the residual with it, where the noise is stated.
 fn doubt(law: &Law, chi2_per_dof: Option<f64>) -> Option<Doubt> {
     let leaves_noise = chi2_per_dof.is_some_and(|chi2| chi2 < NEARLY_NOISE);
     match law {
@@ -172,11 +174,7 @@ fn kept_terms(metrics: &Metrics, columns: &DMatrix<f64>) -> Vec<usize> {
         let of = |kept: &[usize]| metrics.ln_evidence_of(&columns.select_columns(kept)).unwrap_or(f64::NEG_INFINITY);
         let without = |k: usize| kept.iter().copied().filter(|&other| other != k).collect::<Vec<_>>();
         let shorter = kept.iter().map(|&k| without(k)).map(|kept| (of(&kept), kept));
-        let best = shorter.fold(None, |best: Option<(f64, Vec<usize>)>, one| match best {
-            Some(b) if b.0 >= one.0 => Some(b),
-            _ => Some(one),
-        });
-        match best {
+        match shorter.reduce(|best, one| if one.0 > best.0 { one } else { best }) {
             Some((ln_evidence, shorter)) if ln_evidence >= of(&kept) => kept = shorter,
             _ => break,
         }

@@ -188,7 +188,7 @@ fn varies(column: &[f64]) -> bool {
 }
 
 /// The number to two digits.
-fn two_digits(x: f64) -> f64 {
+pub(crate) fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }
 
@@ -216,16 +216,14 @@ fn kinds(variable: Variable, turns: bool) -> Vec<Kind> {
         }
         Variable::Sum(..) | Variable::Difference(..) if turns => vec![wave(1, true), wave(2, false)],
         Variable::Sum(..) | Variable::Difference(..) => Vec::new(),
-        Variable::Joint(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
         Variable::Torque(_) | Variable::Down(_) => {
             [all(&[Plain, Abs, Saturation(3)], true), all(&[Square, Odd, Cube, Saturation(10), Sign], false)].concat()
         }
-        Variable::Approach(_) => all(&[Plain], true),
-        Variable::Hose(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
+        Variable::Approach(_) | Variable::Payload => all(&[Plain], true),
         Variable::Move(_) => all(&[Plain, Sign], false),
-        Variable::Tcp(_) => [all(&[Plain], true), all(&[Square], false)].concat(),
-        Variable::Payload => all(&[Plain], true),
         Variable::Time => [all(&[Plain, Decay(3)], true), all(&[Square, Decay(10)], false)].concat(),
-        Variable::Temperature => [all(&[Plain], true), all(&[Square], false)].concat(),
+        Variable::Joint(_) | Variable::Hose(_) | Variable::Tcp(_) | Variable::Temperature => {
+            [all(&[Plain], true), all(&[Square], false)].concat()
+        }
     }
 }

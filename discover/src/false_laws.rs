@@ -43,11 +43,9 @@ impl Nothing {
     pub fn beside(field: &Field<'_>, ground: &Ground, metrics: &Metrics, law: &DMatrix<f64>) -> Self {
         let size = metrics.likely_size(law);
         let metric = &metrics.of_size[size];
-        let (gram, with) = metric.products(law);
-        let whole: Vec<f64> = law.column_iter().map(|c| c.norm_squared()).collect();
         let data = ground.series.column(0).into_owned();
-        let rest = match crate::score::Products::of(&gram, &whole) {
-            Some(products) => data - law * products.coefficients(&with),
+        let rest = match metric.seen_columns(law) {
+            Some(seen) => data - law * seen.coefficients(),
             None => data,
         };
         let rest = &rest - &metric.u * metric.u.tr_mul(&rest);
@@ -85,10 +83,10 @@ impl Nothing {
     }
 
     /// Probability that a search finds a law with these log odds, or larger ones, where there is none.
-    pub fn p_of(&self, field: &Field<'_>, ground: &Ground, catalogue: &DMatrix<f64>, ln_odds: f64) -> f64 {
+    pub fn p_of(&self, field: &Field<'_>, ground: &Ground, ln_odds: f64) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let all: Vec<DVector<f64>> = (0..SIMULATED).map(|_| self.simulated(field, ground, &mut random)).collect();
-        let simulated = ground.with(catalogue, &DMatrix::from_columns(&all));
+        let simulated = ground.with(&DMatrix::from_columns(&all));
         let found = field.search(&simulated.metrics(), false).of_series;
         let n = found.len() as f64;
         let mean = found.iter().sum::<f64>() / n;

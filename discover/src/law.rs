@@ -5,6 +5,8 @@ use std::ops::Range;
 use calibench::effects::own::{OwnEffect, OwnTerm};
 use calibench::units::{DEG, MM, Unit};
 
+use crate::factors::two_digits;
+
 /// A term of a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawTerm {
@@ -61,7 +63,7 @@ pub enum Doubt {
     Chance,
     /// It may as well be at another place.
     Place,
-    /// It explains the smaller part of what is left, and much more than noise remains: its shape may be that of something else.
+    /// It explains the smaller part of the residual, and much more than noise remains: its shape may be that of something else.
     MuchElse,
 }
 
@@ -131,8 +133,4 @@ impl Law {
             [others @ .., last] => format!("{} and {last}", others.join(", ")),
         }
     }
-}
-
-fn two_digits(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
 }

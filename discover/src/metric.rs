@@ -1,7 +1,7 @@
 //! What a fit and an ordinary robot leave of any column: the inner product in which candidates are compared.
 //!
 //! Residual = fitted columns · b + candidates of the catalogue · c + noise, c of `size` plausible sizes: every real robot has a
-//! little of everything, and a law has to stand out against that, not against noise alone.
+//! little of everything, and a law has to be significant against that, not against noise alone.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -53,8 +53,8 @@ impl Ground {
     }
 
     /// The same ground with other residuals.
-    pub fn with(&self, catalogue: &DMatrix<f64>, series: &DMatrix<f64>) -> Self {
-        Ground::new(&self.fitted, catalogue, series, self.repetition)
+    pub fn with(&self, series: &DMatrix<f64>) -> Self {
+        Ground { series: series - &self.fitted * self.fitted.tr_mul(series), ..self.clone() }
     }
 
     /// The metric under a background of `size`.
@@ -115,21 +115,15 @@ impl Metrics {
 
     /// The same of columns of the residuals (residuals x columns), for the data; `None` if they are not seen.
     pub fn ln_evidence_of(&self, columns: &DMatrix<f64>) -> Option<f64> {
-        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
-        let mut explained = Vec::new();
-        for metric in &self.of_size {
-            let (gram, with) = metric.products(columns);
-            explained.push(Products::of(&gram, &whole)?.explained(&with));
-        }
+        let explained: Vec<f64> =
+            self.of_size.iter().map(|m| Some(m.seen_columns(columns)?.explained())).collect::<Option<_>>()?;
         Some(self.ln_evidence(0, columns.ncols(), |t| explained[t]))
     }
 
     /// The size of the background that is most probable with these columns, by index.
     pub fn likely_size(&self, columns: &DMatrix<f64>) -> usize {
-        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
         let of = |m: &Metric| {
-            let (gram, with) = m.products(columns);
-            let explained = Products::of(&gram, &whole).map_or(0.0, |p| p.explained(&with));
+            let explained = m.seen_columns(columns).map_or(0.0, |seen| seen.explained());
             m.ln_evidence[0] + ln_evidence(explained / m.energies[0], columns.ncols(), self.dof)
         };
         let all: Vec<f64> = self.of_size.iter().map(of).collect();
@@ -151,11 +145,33 @@ pub(crate) struct Metric {
 }
 
 impl Metric {
-    /// Inner products of columns of the residuals with each other, and with the data.
-    pub fn products(&self, columns: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
+    /// Columns of the residuals (residuals x columns) as this metric sees them beside the data; `None` if they are not seen.
+    pub fn seen_columns(&self, columns: &DMatrix<f64>) -> Option<SeenColumns> {
         let along = self.u.tr_mul(columns);
-        let with = columns.tr_mul(&self.seen.column(0));
-        (columns.tr_mul(columns) - along.tr_mul(&along), with.iter().copied().collect())
+        let gram = columns.tr_mul(columns) - along.tr_mul(&along);
+        let whole: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
+        let with = columns.tr_mul(&self.seen.column(0)).iter().copied().collect();
+        Some(SeenColumns { products: Products::of(&gram, &whole)?, with })
+    }
+}
+
+/// Columns and their products with the data, in one metric.
+pub(crate) struct SeenColumns {
+    /// Their products with each other.
+    pub products: Products,
+    /// Those with the data.
+    with: Vec<f64>,
+}
+
+impl SeenColumns {
+    /// Square of what they explain of the data.
+    pub fn explained(&self) -> f64 {
+        self.products.explained(&self.with)
+    }
+
+    /// Their coefficients.
+    pub fn coefficients(&self) -> DVector<f64> {
+        self.products.coefficients(&self.with)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What cannot be told from a law in these data, and the postures at which it could be.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use calibench::diagnosis::Examination;
@@ -13,7 +14,7 @@ use crate::factors::Factors;
 use crate::field::{Field, Found};
 use crate::law::{Apart, Rival};
 use crate::metric::Metrics;
-use crate::samples::{known, place_columns};
+use crate::samples::{known, place_columns, spans};
 
 /// A law is a rival if its odds are at least this share of those of the best.
 const LIKELY: f64 = 0.05;
@@ -33,11 +34,11 @@ pub(crate) fn rivals(
     examination: &Examination,
     data: &Data,
     metrics: &Metrics,
-    [best, others]: [&[Found]; 2],
+    best: &Found,
+    found: &[Found],
 ) -> Vec<Rival> {
-    let [best] = best else { return Vec::new() };
     let likely = |f: &&Found| f.shape != best.shape && f.ln_odds > best.ln_odds + LIKELY.ln();
-    let others: Vec<&Found> = others.iter().filter(likely).take(NAMED).collect();
+    let others: Vec<&Found> = found.iter().filter(likely).take(NAMED).collect();
     let elsewhere = if others.is_empty() { None } else { Elsewhere::of(datasets, examination, data) };
     let rival = |other: &&Found| Rival {
         place: data.places[other.shape.place].words.clone(),
@@ -54,7 +55,7 @@ struct Elsewhere {
     q: Vec<Vec<f64>>,
     /// Whitened columns of the places (places x residuals), and the length of one whitened unit, m, at every posture.
     columns: DMatrix<f64>,
-    spans: Vec<std::ops::Range<usize>>,
+    spans: Vec<Range<usize>>,
     lengths: Vec<f64>,
     /// The factors here, and for each whether its variable is known.
     factors: Factors,
@@ -78,8 +79,7 @@ impl Elsewhere {
         let named = [NamedDataset::new("plan", &planned)];
         let columns = place_columns(&named, &there, &data.places).ok()?;
         let known = known(&named, &there).ok()?;
-        let mut spans = Vec::new();
-        there.problem().for_each_sample(&there.fit().values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
+        let spans = spans(&there);
         let world = data.places.iter().position(|p| p.site == "base:x")?;
         let lengths = spans.iter().map(|rows| rows.clone().map(|r| columns[(world, r)].powi(2)).sum::<f64>().sqrt().recip());
         let whitened = there.whitened();
@@ -105,14 +105,13 @@ impl Elsewhere {
         let field = Field { places: &data.places, columns: &self.columns, factors: &self.factors, spans: &self.spans };
         let error = |found: &Found| {
             let columns = data.field().columns_of(&found.shape);
-            let error = &columns * Fitted::of(metrics, &columns).coefficients;
-            let absorbed = solved(&data.fitted, &error);
-            let there = field.columns_of(&found.shape) * Fitted::of(metrics, &columns).coefficients;
-            there - &self.fitted * absorbed
+            let coefficients = Fitted::of(metrics, &columns).coefficients;
+            let absorbed = solved(&data.fitted, &(&columns * &coefficients));
+            field.columns_of(&found.shape) * coefficients - &self.fitted * absorbed
         };
         let [one, other] = pair.map(error);
         let difference = one - other;
-        let of = |(k, rows): (usize, &std::ops::Range<usize>)| Apart {
+        let of = |(k, rows): (usize, &Range<usize>)| Apart {
             q: self.q[k].clone(),
             differ: difference.rows(rows.start, rows.len()).norm() * self.lengths[k],
         };

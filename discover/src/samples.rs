@@ -1,5 +1,7 @@
 //! The samples of a fit as a search sees them: the columns of the places where an error may arise, and the variables.
 
+use std::ops::Range;
+
 use calibench::diagnosis::Examination;
 use calibench::effects::own::{OwnEffect, OwnTerm};
 use calibench::identify::calibration::IdentifyError;
@@ -115,6 +117,14 @@ pub(crate) fn place_columns(
     Ok(columns)
 }
 
+/// Residuals of each sample of a fit.
+pub(crate) fn spans(examination: &Examination) -> Vec<Range<usize>> {
+    let mut spans = Vec::new();
+    let values = &examination.fit().values;
+    examination.problem().for_each_sample(values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
+    spans
+}
+
 /// The variables known at every sample, with their values.
 ///
 /// An error of the base along its axes moves every sample alike: where its size is a variable, its columns are those of a constant
@@ -137,9 +147,8 @@ pub(crate) fn known(datasets: &[NamedDataset<'_>], examination: &Examination) ->
     let of = |variable: &Variable| BASE.map(|site| term(site, variable.expression()));
     let terms = BASE.iter().map(|site| term(site, "1".into())).chain(variables.iter().flat_map(of)).collect();
     let columns = examination.columns_of(datasets, &effect(CARRIERS, terms))?;
-    let mut spans = Vec::new();
-    problem.for_each_sample(&examination.fit().values, &mut |s| spans.push(s.first_row..s.first_row + s.rows));
-    let value = |k: usize, rows: &std::ops::Range<usize>| {
+    let spans = spans(examination);
+    let value = |k: usize, rows: &Range<usize>| {
         let (mut with, mut alone) = (0.0, 0.0);
         for row in rows.clone() {
             for axis in 0..BASE.len() {
