@@ -1,7 +1,7 @@
 //! The devices of the cell behind traits: the robot, the indicators, the artifact, the TriCal.
 //!
 //! Goal: the code that centres a real robot is the same that centres the simulated one. The traits do not cover opening,
-//! addressing and configuring devices; their drivers ([`gauge`], [`kuka`]) do.
+//! addressing and configuring devices; their drivers ([`gauge`], [`kuka`], [`ur`]) do.
 
 mod cell_reading;
 mod driver;
@@ -13,6 +13,7 @@ mod indicator;
 pub mod kuka;
 mod manipulator;
 mod offset_clock;
+mod patience;
 mod recorded_stops;
 pub mod replay;
 mod robot_settings;
@@ -20,12 +21,14 @@ pub mod scripted;
 mod socket;
 mod stop_request;
 mod trical;
+pub mod ur;
 
 pub(crate) use cell_reading::CellReading;
 pub use driver::{ControllerFrames, ControllerState, Driver, DriverError};
 pub(crate) use guards_keys::{GuardsKeys, TriCalKeys};
 pub use indicator::{Indicator, IndicatorError};
 pub use manipulator::{Manipulator, ManipulatorError};
+pub use patience::Patience;
 pub(crate) use robot_settings::RobotKeys;
 pub use robot_settings::{RobotKind, RobotSettings};
 pub use stop_request::StopRequest;

@@ -11,7 +11,7 @@ use crate::robot::{FramePose, Pose};
 /// A robot behind its controller: a [`Manipulator`] that also reports the controller's state and accepts the settings of a
 /// campaign.
 ///
-/// A new controller is a folder beside [`super::kuka`] whose robot implements this trait, and one variant of
+/// A new controller is a folder beside [`super::kuka`] and [`super::ur`] whose robot implements this trait, and one variant of
 /// [`super::RobotSettings`]; nothing else in the library or the program depends on the kind of controller.
 pub trait Driver: Manipulator {
     /// Reads the state of the controller. Nothing is written and nothing moves.

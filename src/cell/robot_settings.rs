@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::kuka::{KukaRobot, KukaSettings};
+use super::ur::{UrRobot, UrSettings};
 use super::{CellReading, Driver, DriverError, StopRequest};
 use crate::files::FileError;
 use crate::robot::FramePose;
@@ -15,6 +16,8 @@ use crate::units::{DEG, MM};
 pub enum RobotSettings {
     /// `kind = "kuka"`: a KUKA robot behind a variable server.
     Kuka(KukaSettings),
+    /// `kind = "ur"`: a Universal Robot behind RTDE.
+    Ur(UrSettings),
 }
 
 impl RobotSettings {
@@ -27,6 +30,7 @@ impl RobotSettings {
             RobotSettings::Kuka(settings) => {
                 Ok(Box::new(KukaRobot::connect(settings.clone(), stop).map_err(DriverError::new)?))
             }
+            RobotSettings::Ur(settings) => Ok(Box::new(UrRobot::connect(settings.clone(), stop).map_err(DriverError::new)?)),
         }
     }
 
@@ -34,6 +38,7 @@ impl RobotSettings {
     pub fn address(&self) -> &str {
         match self {
             RobotSettings::Kuka(settings) => &settings.address,
+            RobotSettings::Ur(settings) => &settings.address,
         }
     }
 }
@@ -46,6 +51,8 @@ pub enum RobotKind {
     /// A KUKA robot behind a variable server.
     #[default]
     Kuka,
+    /// A Universal Robot behind RTDE.
+    Ur,
 }
 
 /// The keys of `[robot]` for one kind: those common to all kinds, and their conversion to settings.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::cell::gauge::Place;
 use calibench::cell::gauge::{Dialect, LineSettings};
-use calibench::cell::kuka::{Actions, Fitness, KukaSettings, Patience, RobotProgram, Variables};
-use calibench::cell::{RobotSettings, TriCal};
+use calibench::cell::kuka::{Actions, Fitness, KukaSettings, RobotProgram, Variables};
+use calibench::cell::{Patience, RobotSettings, TriCal};
 use calibench::files::FileError;
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::mastering::MasteringSettings;

@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use calibench::cell::kuka::{
-    Actions, Call, FrameReader, KukaRobot, KukaSettings, LinkError, PROGRAM_NAME, Patience, Response, RobotProgram, Structure,
-    Value, Variables, Verdict, e6axis, frame_of, krl_frame, program_files,
+    Actions, KukaRobot, KukaSettings, LinkError, RobotProgram, Variables, e6axis, frame_of, krl_frame,
 };
-use calibench::cell::{Driver, Manipulator, ManipulatorError, StopRequest};
+use calibench::cell::{Driver, Manipulator, ManipulatorError, Patience, StopRequest};
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
+use calibench_wire::kuka::{Call, FrameReader, PROGRAM_NAME, Response, Structure, Value, Verdict, program_files};
 use nalgebra::Vector3;
 
 const HOME: [f64; 6] = [0.0, -90.0 * DEG, 90.0 * DEG, 0.0, 0.0, 0.0];

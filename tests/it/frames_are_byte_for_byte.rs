@@ -4,11 +4,10 @@ use calibench::cell::gauge::{
     Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LONGEST_LINE, LineReader, LineSettings,
     Parity, ReadingFormat, Tolerance,
 };
-use calibench::cell::kuka::{
-    Call, FrameError, FrameReader, LONGEST_FRAME, Request, Response, Value, e6axis, frame_of, joints_of, krl_frame,
-};
+use calibench::cell::kuka::{e6axis, frame_of, joints_of, krl_frame};
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
+use calibench_wire::kuka::{Call, FrameError, FrameReader, LONGEST_FRAME, Request, Response, Value};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

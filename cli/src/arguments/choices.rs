@@ -1,6 +1,6 @@
 //! Command-line choices that map to types of the simulated cell, which is independent of the command line.
 
-use calibench_serve::{Loop, Maker, VariableServer};
+use calibench_serve::{Loop, Make, Maker, VariableServer};
 use calibench_sim::run::Methods;
 use calibench_sim::scenario::PlantKind;
 use clap::ValueEnum;
@@ -66,8 +66,27 @@ impl From<MakerChoice> for Maker {
     }
 }
 
+/// Make of the served robot.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum MakeChoice {
+    /// A KUKA behind a variable server
+    #[default]
+    Kuka,
+    /// A Universal Robot behind RTDE
+    Ur,
+}
+
+impl From<MakeChoice> for Make {
+    fn from(choice: MakeChoice) -> Self {
+        match choice {
+            MakeChoice::Kuka => Make::Kuka,
+            MakeChoice::Ur => Make::Ur,
+        }
+    }
+}
+
 /// Program that gives access to the served controller's variables.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum ServerChoice {
     /// KUKAVARPROXY
     #[default]
@@ -86,7 +105,7 @@ impl From<ServerChoice> for VariableServer {
 }
 
 /// Program that runs on the served controller.
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum LoopChoice {
     /// The program of calibench: orders are numbered, and their results reported
     #[default]

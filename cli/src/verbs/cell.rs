@@ -4,8 +4,8 @@ pub(super) mod check;
 
 use std::path::PathBuf;
 
-use calibench::cell::kuka::program_files;
 use calibench::files::disk::write_whole;
+use calibench_wire::kuka::program_files;
 use clap::Subcommand;
 
 use super::repeatability;

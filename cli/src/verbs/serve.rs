@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use crate::arguments::choices::seed;
-use crate::arguments::choices::{LoopChoice, MakerChoice, PlantChoice, ServerChoice};
+use crate::arguments::choices::{LoopChoice, MakeChoice, MakerChoice, PlantChoice, ServerChoice};
 use crate::arguments::scenario::read_scenario;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::note;
@@ -24,7 +24,11 @@ pub struct Arguments {
     /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
     #[arg(long, value_enum)]
     plant: Option<PlantChoice>,
-    /// Port of the robot on the loopback address; 0 takes a free one
+    /// Make of the robot
+    #[arg(long, value_enum, default_value_t)]
+    robot: MakeChoice,
+    /// Port of the robot on the loopback address, of RTDE where it is a Universal Robot: its other ports lie beside; 0 takes a
+    /// free one
     #[arg(long, default_value_t = 0)]
     robot_port: u16,
     /// First of three ports of the loopback address for the indicators, instead of pseudo-terminals; 0 takes any three
@@ -66,9 +70,10 @@ pub struct Arguments {
     /// Program on the robot's controller
     #[arg(long, value_enum, default_value_t)]
     program: LoopChoice,
-    /// Operating mode that the robot reports
-    #[arg(long, default_value = "AUT", value_parser = ["T1", "T2", "AUT", "EX"])]
-    mode: String,
+    /// Operating mode that the robot reports: T1, T2, AUT (default) or EX of a KUKA, REMOTE (default) or LOCAL of a Universal
+    /// Robot
+    #[arg(long, value_parser = ["T1", "T2", "AUT", "EX", "REMOTE", "LOCAL"])]
+    mode: Option<String>,
     /// Take commands for the cell's attendant from standard input: `ball in`, `ball out` for the master ball, `ball` asks for
     /// its place; `reset` after an emergency stop
     #[arg(long)]
@@ -83,9 +88,32 @@ fn time_scale(text: &str) -> Result<f64, String> {
     scale.ok_or_else(|| "give a number, 0 or more".into())
 }
 
+impl Arguments {
+    /// Flags of the other make of robot are refused.
+    fn expect_make(&self) -> Result<(), Failure> {
+        let is_ur = self.robot == MakeChoice::Ur;
+        let mode = self.mode.as_deref().is_some_and(|mode| is_ur != matches!(mode, "REMOTE" | "LOCAL"));
+        let others = [
+            ("--mode", mode),
+            ("--server", is_ur && self.server != ServerChoice::default()),
+            ("--seven-digits", is_ur && self.seven_digits),
+            ("--no-reassembly", is_ur && self.no_reassembly),
+            ("--program", is_ur && self.program != LoopChoice::default()),
+        ];
+        match others.iter().find(|(_, is_given)| *is_given) {
+            Some((flag, _)) if is_ur => Err(format!("{flag} is for a KUKA, and --robot is ur").into()),
+            Some((flag, _)) => {
+                Err(format!("--mode REMOTE and LOCAL are for a Universal Robot; give --robot ur with {flag}").into())
+            }
+            None => Ok(()),
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = read_scenario(&arguments.scenario)?;
     scenario.expect_trical("sim serve")?;
+    arguments.expect_make()?;
     scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let planned = plan(&scenario, seed).map_err(|e| scenario.locate_plan(&e))?.probing;
@@ -102,6 +130,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             decimals: arguments.decimals,
             preset_on: arguments.preset_on,
         },
+        make: arguments.robot.into(),
         robot: RobotManner {
             server: arguments.server.into(),
             seven_digits: arguments.seven_digits,

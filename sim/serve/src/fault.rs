@@ -43,6 +43,12 @@ pub enum Fault {
     JointLimit,
     /// Somebody presses the emergency stop half-way through a motion.
     Estop,
+    /// The controller stops a motion half-way as if the arm had hit something; a Universal Robot's protective stop.
+    ProtectiveStop,
+    /// The arm's power is switched off half-way through a motion.
+    PowerOff,
+    /// Somebody takes the arm in freedrive half-way through a motion.
+    Freedrive,
     /// The connections to the robot break when a motion has started.
     DropLink,
     /// A connection to the robot stays open but is never answered again.
@@ -64,7 +70,7 @@ pub enum Victim {
     Robot,
 }
 
-const NAMES: [(&str, Fault, Victim); 20] = [
+const NAMES: [(&str, Fault, Victim); 23] = [
     ("silent", Fault::Silent, Victim::Indicator),
     ("garbage", Fault::Garbage, Victim::Indicator),
     ("parity", Fault::Parity, Victim::Indicator),
@@ -82,6 +88,9 @@ const NAMES: [(&str, Fault, Victim); 20] = [
     ("refuse", Fault::Refuse, Victim::Motion),
     ("joint_limit", Fault::JointLimit, Victim::Motion),
     ("estop", Fault::Estop, Victim::Motion),
+    ("protective_stop", Fault::ProtectiveStop, Victim::Motion),
+    ("power_off", Fault::PowerOff, Victim::Motion),
+    ("freedrive", Fault::Freedrive, Victim::Motion),
     ("drop_link", Fault::DropLink, Victim::Motion),
     ("slow", Fault::Slow, Victim::Motion),
     ("half_open", Fault::HalfOpen, Victim::Robot),

@@ -1,22 +1,22 @@
 //! The served cell: the simulated cell behind the interfaces of a real one, so that any program can work with it.
 //!
-//! Three indicators answer ASCII requests on pseudo-terminals or sockets, and a robot answers as KUKA's variable servers do,
-//! all on the loopback address. One thread owns the whole cell: between two requests nothing changes, and no lock is needed.
+//! Three indicators answer ASCII requests on pseudo-terminals or sockets, and a robot answers as KUKA's variable servers or as
+//! Universal Robots' controllers do, all on the loopback address. One thread owns the whole cell: between two requests nothing changes, and no lock is needed.
 
-mod controller;
+mod arm;
 mod fault;
 mod floor;
 mod instrument;
 pub mod interruption;
+mod kuka;
 mod line;
 mod manner;
-mod program;
 #[cfg(unix)]
 mod pty;
-mod robot;
+mod script;
 mod service;
 mod traffic;
-mod variables;
+mod ur;
 
 use std::cell::RefCell;
 use std::io::{self, BufRead, Write};
@@ -32,9 +32,8 @@ use tokio::task::{LocalSet, spawn_local};
 pub use fault::{Fault, Injection, InjectionError, When};
 pub use instrument::Instrument;
 pub use manner::{Maker, Manner};
-pub use service::{Loop, RobotManner, Service, VariableServer};
+pub use service::{Loop, Make, RobotManner, Service, VariableServer};
 
-use controller::Controller;
 use floor::Floor;
 use line::Wire;
 
@@ -90,21 +89,15 @@ pub fn serve(
     LocalSet::new().block_on(&runtime, async {
         let floor = Rc::new(Floor::new(scenario, streams, session_s, service)?);
 
-        let cell = scenario.dataset();
-        let controller =
-            Rc::new(Controller::new(Rc::clone(&floor), (*cell.robot).clone(), &cell.tool, cell.gravity, &service.mode));
-        let listener = bind(service.robot_port).await?;
-        let robot = address(&listener)?;
+        let (robot, attended) = robot(&floor, scenario, service).await?;
         let mut indicators = Vec::with_capacity(3);
         for axis in 0..3 {
             indicators.push(connect(&floor, axis, service).await?);
         }
-        spawn_local(program::run(Rc::clone(&controller), service.program));
-        spawn_local(robot::listen(listener, Rc::clone(&controller), service.robot));
         let attendant = Rc::clone(&floor);
         spawn_local(async move { attendant.attend().await });
         if service.takes_commands {
-            spawn_local(follow_commands(controller));
+            spawn_local(follow_commands(Rc::clone(&floor), attended));
         }
         let interrupted = interrupted().map_err(system("signals"))?;
         let [x, y, z] = <[String; 3]>::try_from(indicators).unwrap_or_default();
@@ -114,16 +107,45 @@ pub fn serve(
     })
 }
 
+/// What an operator does after a stop; false if nothing is stopped.
+type Restart = Box<dyn Fn() -> bool>;
+
+/// Puts the robot behind its interface; returns its address, and what starts it again after a stop.
+async fn robot(floor: &Rc<Floor>, scenario: &Scenario, service: &Service) -> Result<(String, Restart), ServeError> {
+    let cell = scenario.dataset();
+    let (floor, robot) = (Rc::clone(floor), (*cell.robot).clone());
+    match service.make {
+        Make::Kuka => {
+            let mode = service.mode.as_deref().unwrap_or("AUT");
+            let controller = Rc::new(kuka::Controller::new(floor, robot, &cell.tool, cell.gravity, mode));
+            let listener = bind(service.robot_port).await?;
+            let at = address(&listener)?;
+            spawn_local(kuka::run(Rc::clone(&controller), service.program));
+            spawn_local(kuka::listen(listener, Rc::clone(&controller), service.robot));
+            Ok((at, Box::new(move || controller.restart())))
+        }
+        Make::Ur => {
+            let is_remote = service.mode.as_deref() != Some("LOCAL");
+            let controller = Rc::new(ur::Controller::new(floor, robot, is_remote));
+            let ports =
+                ur::Ports::bind(service.robot_port).await.map_err(system("ports for the robot on the loopback address"))?;
+            let at = ports.address().map_err(system("an address"))?;
+            ports.listen(&controller);
+            Ok((at, Box::new(move || controller.restart())))
+        }
+    }
+}
+
 /// Carries out commands from standard input, line by line; each answer is written to standard output when the command is done.
-async fn follow_commands(controller: Rc<Controller>) {
+async fn follow_commands(floor: Rc<Floor>, restart: Restart) {
     let (sender, mut commands) = unbounded_channel();
     // A thread that waits for standard input cannot be woken; it ends with the program.
     std::thread::spawn(move || io::stdin().lock().lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
     while let Some(command) = commands.recv().await {
         let answer = match command.trim() {
-            "reset" if controller.restart() => "ok",
+            "reset" if restart() => "ok",
             "reset" => "nothing is stopped",
-            _ => controller.floor.tell_attendant(&command),
+            _ => floor.tell_attendant(&command),
         };
         let mut out = io::stdout().lock();
         // Losing the answer does no harm.

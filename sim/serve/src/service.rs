@@ -14,12 +14,14 @@ pub struct Service {
     pub time_scale: f64,
     /// Response format of the indicators.
     pub indicators: Manner,
-    /// Behaviour of the robot's server.
+    /// The make of the robot.
+    pub make: Make,
+    /// Behaviour of a KUKA's server.
     pub robot: RobotManner,
-    /// Program running on the controller.
+    /// Program running on a KUKA's controller.
     pub program: Loop,
-    /// Operating mode, without `#`.
-    pub mode: String,
+    /// Operating mode: of a KUKA without `#`, of a Universal Robot `REMOTE` or `LOCAL`; the usual one if not given.
+    pub mode: Option<String>,
     /// Faults to inject.
     pub faults: Vec<Injection>,
     /// Initial joints of the arm, rad; zero if not given.
@@ -38,12 +40,23 @@ impl Default for Service {
             indicators: Manner::default(),
             robot: RobotManner::default(),
             program: Loop::default(),
-            mode: "AUT".into(),
+            make: Make::default(),
+            mode: None,
             faults: Vec::new(),
             stands: None,
             takes_commands: false,
         }
     }
+}
+
+/// Makes of robots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Make {
+    /// KUKA, behind a variable server.
+    #[default]
+    Kuka,
+    /// Universal Robots, behind RTDE.
+    Ur,
 }
 
 /// The variable server and its behaviour.

@@ -1,6 +1,7 @@
 //! Joints and frames in KRL's structures: millimetres and degrees there, SI here.
 
-use super::Structure;
+use calibench_wire::kuka::Structure;
+
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::{Actions, Fitness, KukaSettings, Patience, RobotProgram, Variables};
+use super::{Actions, Fitness, KukaSettings, RobotProgram, Variables};
+use crate::cell::patience::PatienceKeys;
 use crate::cell::robot_settings::{FlangeKeys, RobotKeys, slow};
 use crate::cell::{CellReading, RobotKind, RobotSettings};
 use crate::files::FileError;
@@ -14,6 +15,7 @@ use crate::files::FileError;
 pub(crate) struct KukaKeys {
     /// The kind of controller; the other keys are those of this kind.
     #[serde(default, rename = "kind")]
+    #[cfg_attr(feature = "schema", schemars(extend("const" = "kuka")))]
     _kind: RobotKind,
     /// `HOST:PORT` of the variable server, usually port 7000.
     address: String,
@@ -40,42 +42,6 @@ pub(crate) struct KukaKeys {
     /// Timeouts and intervals.
     #[serde(default)]
     patience: PatienceKeys,
-}
-
-/// Timeouts and intervals.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
-struct PatienceKeys {
-    /// Timeout of connecting, s.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    connect_s: f64,
-    /// Timeout of one answer, s.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    answer_s: f64,
-    /// Timeout of one motion, s.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    motion_s: f64,
-    /// Interval between two checks of a motion, ms.
-    poll_ms: f64,
-    /// Wait after a motion, for the arm to stop oscillating, s.
-    settle_s: f64,
-    /// Attempts to re-establish a lost connection.
-    reconnects: usize,
-}
-
-impl Default for PatienceKeys {
-    fn default() -> Self {
-        let Patience { connect, answer, motion, poll, settle, reconnects } = Patience::default();
-        PatienceKeys {
-            connect_s: connect.as_secs_f64(),
-            answer_s: answer.as_secs_f64(),
-            motion_s: motion.as_secs_f64(),
-            poll_ms: 1e3 * poll.as_secs_f64(),
-            settle_s: settle.as_secs_f64(),
-            reconnects,
-        }
-    }
 }
 
 /// Number of joints that a KUKA controller moves in one group.
@@ -110,23 +76,7 @@ impl RobotKeys for KukaKeys {
             variables: self.variables.clone(),
             actions: self.actions.clone(),
             fitness: self.fitness.clone(),
-            patience: self.patience(reading)?,
+            patience: self.patience.patience(reading)?,
         }))
-    }
-}
-
-impl KukaKeys {
-    fn patience(&self, reading: &CellReading<'_>) -> Result<Patience, FileError> {
-        let p = &self.patience;
-        // Zero seconds would never be enough for these three.
-        let positive = |key: &str, value: f64| reading.time(key, reading.positive(key, value)?, 1.0);
-        Ok(Patience {
-            connect: positive("robot.patience.connect_s", p.connect_s)?,
-            answer: positive("robot.patience.answer_s", p.answer_s)?,
-            motion: positive("robot.patience.motion_s", p.motion_s)?,
-            poll: reading.time("robot.patience.poll_ms", p.poll_ms, 1e-3)?,
-            settle: reading.time("robot.patience.settle_s", p.settle_s, 1.0)?,
-            reconnects: p.reconnects,
-        })
     }
 }

@@ -4,12 +4,12 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
+use calibench_wire::kuka::{Call, FrameError, FrameReader, Request, Response, Value};
 use thiserror::Error;
 
-use super::{Call, FrameError, FrameReader, Patience, Request, Response, Value};
-use crate::cell::ManipulatorError;
 use crate::cell::gauge::Traffic;
 use crate::cell::socket::connect;
+use crate::cell::{ManipulatorError, Patience};
 
 /// Reason why a variable was not read or written.
 #[derive(Debug, Error)]

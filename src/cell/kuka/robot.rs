@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
+use calibench_wire::kuka::{Structure, Value, Verdict};
 use nalgebra::{Translation3, Vector3};
 
 use super::link::{Link, LinkError};
 use super::order::{Order, apart};
-use super::{KukaSettings, RobotProgram, Structure, Value, Verdict, frame_of, joints_of};
+use super::{KukaSettings, RobotProgram, frame_of, joints_of};
 use crate::cell::{Manipulator, ManipulatorError, StopRequest};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};

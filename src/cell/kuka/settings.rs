@@ -1,8 +1,8 @@
 //! Settings that differ between KUKA robots: names, numbers and timeouts. All are configuration, none is built into the driver.
 
-use std::time::Duration;
-
 use serde::Deserialize;
+
+use crate::cell::Patience;
 
 /// Names of the variables that the driver reads and writes.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -145,36 +145,6 @@ pub enum RobotProgram {
     Calibench,
     /// Any loop that carries out an action and then sets it to zero.
     Plain,
-}
-
-/// Timeouts and intervals.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Patience {
-    /// Timeout of connecting.
-    pub connect: Duration,
-    /// Timeout of one answer: a variable takes some 4 ms, a busy controller a hundred times that.
-    pub answer: Duration,
-    /// Timeout of one motion.
-    pub motion: Duration,
-    /// Interval between two checks of a motion.
-    pub poll: Duration,
-    /// Wait after a motion, for the arm to stop oscillating.
-    pub settle: Duration,
-    /// Number of attempts to re-establish a lost connection.
-    pub reconnects: usize,
-}
-
-impl Default for Patience {
-    fn default() -> Self {
-        Patience {
-            connect: Duration::from_secs(3),
-            answer: Duration::from_secs(2),
-            motion: Duration::from_secs(120),
-            poll: Duration::from_millis(10),
-            settle: Duration::from_millis(300),
-            reconnects: 3,
-        }
-    }
 }
 
 /// A KUKA robot and its communication settings.

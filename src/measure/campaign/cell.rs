@@ -10,6 +10,7 @@ use super::mastering::MasteringSettings;
 use crate::cell::gauge::{CellIndicator, indicators};
 use crate::cell::guards::Guards;
 use crate::cell::kuka::KukaKeys;
+use crate::cell::ur::UrKeys;
 use crate::cell::{CellReading, RobotKeys, RobotKind, RobotSettings, TriCal};
 use crate::files::{FileError, parse_toml, read_text};
 use crate::measure::centring::CentringSettings;
@@ -61,13 +62,26 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
     let reading = CellReading { path, text: &text };
     match kind.robot.kind {
         RobotKind::Kuka => cell::<KukaKeys>(&reading),
+        RobotKind::Ur => cell::<UrKeys>(&reading),
     }
+}
+
+/// The keys of `[robot]`, of any kind.
+#[cfg(feature = "schema")]
+#[derive(serde::Deserialize, schemars::JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code)] // only its schema is used
+enum AnyRobot {
+    /// A KUKA robot.
+    Kuka(KukaKeys),
+    /// A Universal Robot.
+    Ur(UrKeys),
 }
 
 /// The schema of this file.
 #[cfg(feature = "schema")]
 pub(crate) fn cell_schema() -> schemars::Schema {
-    crate::schema::of_file::<CellToml<KukaKeys>>("Cell", &[])
+    crate::schema::of_file::<CellToml<AnyRobot>>("Cell", &[])
 }
 
 /// Reads the cell of a file that names a robot of this kind.

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use calibench::cell::gauge::{DigimaticWord, GaugeReply, LineReader};
-use calibench::cell::kuka::{FrameReader, Value};
 use calibench::cell::replay::Recording;
 use calibench::cell::scripted::{Script, ScriptedCell};
 use calibench::compensate::targets_file::{Expected, read_targets};
@@ -32,6 +31,7 @@ use calibench_logs::{StillOptions, read_logs, still_poses};
 use calibench_programs::{Permissions, Program, read_program, rewrite_programs};
 use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
+use calibench_wire::kuka::{FrameReader, Value};
 use tempfile::TempDir;
 
 /// A reader, and the folder of its corpus.

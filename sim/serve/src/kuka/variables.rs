@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use calibench::cell::kuka::{Structure, Value};
+use calibench_wire::kuka::{Structure, Value};
 
 /// Highest number of an input or output.
 const MOST_SIGNALS: u32 = 4096;

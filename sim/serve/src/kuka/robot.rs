@@ -4,16 +4,16 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-use calibench::cell::kuka::{Call, FrameError, FrameReader, Request, Response, Value};
+use calibench_wire::kuka::{Call, FrameError, FrameReader, Request, Response, Value};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::spawn_local;
 use tokio::time::timeout;
 
 use super::controller::Controller;
-use super::fault::Fault;
-use super::service::{RobotManner, VariableServer};
 use super::variables::NotWritten;
+use crate::fault::Fault;
+use crate::service::{RobotManner, VariableServer};
 
 /// Most clients that KUKAVARPROXY accepts.
 const MOST_CLIENTS: usize = 10;
@@ -59,7 +59,7 @@ struct Connection {
 impl Connection {
     async fn serve(mut self) -> io::Result<()> {
         self.stream.set_nodelay(true)?;
-        let mut broken = self.controller.broken_links.subscribe();
+        let mut broken = self.controller.arm.broken_links.subscribe();
         let mut frames = FrameReader::default();
         let mut buffer = [0; 2048];
         loop {
@@ -71,13 +71,13 @@ impl Connection {
             if length == 0 {
                 return Ok(());
             }
-            self.controller.floor.traffic.note_robot_request(length);
+            self.controller.arm.floor.traffic.note_robot_request(length);
             frames.push(&buffer[..length]);
             loop {
                 match frames.request() {
                     Ok(None) => break,
                     Ok(Some(request)) => {
-                        if self.controller.floor.faults.borrow_mut().strikes(Fault::HalfOpen, 0) {
+                        if self.controller.arm.floor.faults.borrow_mut().strikes(Fault::HalfOpen, 0) {
                             return self.go_mute().await;
                         }
                         self.answer(request).await?;
@@ -101,7 +101,7 @@ impl Connection {
     }
 
     async fn answer(&mut self, Request { tag, call }: Request) -> io::Result<()> {
-        self.controller.floor.wait(LOOK_UP_S).await;
+        self.controller.arm.floor.wait(LOOK_UP_S).await;
         let response = match call {
             Call::Read { name } => self.read(tag, &name),
             Call::Write { name, value } => self.write(tag, &name, value),
@@ -109,7 +109,7 @@ impl Connection {
             Call::Other { .. } => return Ok(()),
         };
         let Ok(bytes) = response.encode() else { return Ok(()) };
-        self.controller.floor.traffic.note_robot_answer(bytes.len());
+        self.controller.arm.floor.traffic.note_robot_answer(bytes.len());
         // Written in one piece: some clients read only once.
         self.stream.write_all(&bytes).await
     }

@@ -31,7 +31,6 @@ pub fn program_files() -> [(&'static str, String); 3] {
 
 /// Outcome of an order, as reported by the program in `COM_RESULT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Verdict {
     /// 0
     Done,

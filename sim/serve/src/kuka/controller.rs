@@ -3,21 +3,18 @@
 use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::rc::Rc;
-use std::time::Duration;
 
-use calibench::cell::Manipulator;
-use calibench::cell::kuka::{Structure, Value, e6axis, frame_of, krl_frame};
-use calibench::robot::kinematics::Posture;
-use calibench::robot::sites::SiteIndex;
+use calibench::cell::kuka::{e6axis, frame_of, krl_frame};
 use calibench::robot::statics::{Loads, Payload};
 use calibench::robot::{FramePose, Pose, Robot};
+use calibench_wire::kuka::{Structure, Value};
 use nalgebra::Vector3;
-use tokio::sync::{Notify, watch};
-use tokio::time::Instant;
+use tokio::sync::Notify;
 
-use super::fault::Fault;
-use super::floor::Floor;
 use super::variables::{Access, NotWritten, Variables};
+use crate::arm::Arm;
+use crate::fault::Fault;
+use crate::floor::Floor;
 
 /// KUKA's flange in the last frame of the nominal KR 6 (paper, Table 4), whose z axis points back into the wrist.
 pub const LAST_FRAME_FROM_FLANGE: FramePose = FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0, PI, 0.0] };
@@ -55,33 +52,15 @@ const SETTINGS: &str = "\
     COM_E6POS {E6POS: X 0.0, Y 0.0, Z 0.0, A 0.0, B 0.0, C 0.0, S 2, T 2, E1 0.0, E2 0.0, E3 0.0, E4 0.0, E5 0.0, E6 0.0}
     COM_E6AXIS {E6AXIS: A1 0.0, A2 0.0, A3 0.0, A4 0.0, A5 0.0, A6 0.0, E1 0.0, E2 0.0, E3 0.0, E4 0.0, E5 0.0, E6 0.0}";
 
-/// A motion in progress.
-#[derive(Debug, Clone)]
-pub struct Underway {
-    /// Joints at its start, rad.
-    pub from: Vec<f64>,
-    /// Joints at its end, rad.
-    pub to: Vec<f64>,
-    /// Time of its start.
-    pub began: Instant,
-    /// Its duration in wall-clock time.
-    pub takes: Duration,
-}
-
 /// The controller of the served robot.
 pub struct Controller {
-    /// The cell.
-    pub floor: Rc<Floor>,
-    /// The arm as its controller knows it.
-    pub robot: Robot,
+    /// The arm.
+    pub arm: Arm,
     /// Notified when a variable was written.
     pub written: Notify,
     /// Notified when somebody resets the controller after a stop and starts its program again.
     pub reset: Notify,
-    /// Counts how many times all links were broken.
-    pub broken_links: watch::Sender<u64>,
     variables: RefCell<Variables>,
-    underway: RefCell<Option<Underway>>,
     gravity: Vector3<f64>,
 }
 
@@ -116,15 +95,11 @@ impl Controller {
         for axis in 1..=robot.joints() {
             variables.put(&format!("$VEL_AXIS[{axis}]"), Value::Integer(100), Access::Writable);
         }
-        let (broken_links, _) = watch::channel(0);
         Controller {
-            floor,
-            robot,
+            arm: Arm::new(floor, robot),
             written: Notify::new(),
             reset: Notify::new(),
-            broken_links,
             variables: RefCell::new(variables),
-            underway: RefCell::default(),
             gravity,
         }
     }
@@ -133,10 +108,10 @@ impl Controller {
     pub fn get(&self, name: &str) -> Option<Value> {
         let root = name.trim().split(['.', '[']).next().unwrap_or_default().to_ascii_uppercase();
         let shown = match root.as_str() {
-            "$AXIS_ACT" => Some(e6axis(&self.joints())),
-            "$AXIS_ACT_MEAS" => Some(e6axis(&self.measured())),
-            "$POS_ACT" => Some(self.position(&self.joints())),
-            "$POS_ACT_MES" => Some(self.position(&self.measured())),
+            "$AXIS_ACT" => Some(e6axis(&self.arm.joints())),
+            "$AXIS_ACT_MEAS" => Some(e6axis(&self.arm.measured())),
+            "$POS_ACT" => Some(self.position(&self.arm.joints())),
+            "$POS_ACT_MES" => Some(self.position(&self.arm.measured())),
             _ => None,
         };
         let mut variables = self.variables.borrow_mut();
@@ -156,7 +131,7 @@ impl Controller {
     /// If there is no such variable, it may not be written, or the value has another type or is out of range.
     pub fn set(&self, name: &str, value: &Value) -> Result<(), NotWritten> {
         let begins = name.trim().eq_ignore_ascii_case("COM_ACTION") && value.number().is_some_and(|action| action != 0.0);
-        if begins && self.floor.faults.borrow_mut().strikes(Fault::Refuse, 0) {
+        if begins && self.arm.floor.faults.borrow_mut().strikes(Fault::Refuse, 0) {
             return Err(NotWritten::Refused);
         }
         self.variables.borrow_mut().set(name, value)?;
@@ -189,39 +164,9 @@ impl Controller {
         self.get("COM_CANCEL") == Some(Value::Bool(true))
     }
 
-    /// Sets the motion in progress; `None` if there is none.
-    pub fn set_underway(&self, underway: Option<Underway>) {
-        *self.underway.borrow_mut() = underway;
-    }
-
-    /// Joint angles commanded at this moment, rad.
-    pub fn joints(&self) -> Vec<f64> {
-        self.on_the_way().unwrap_or_else(|| self.floor.world.commanded())
-    }
-
-    /// Joint angles shown by the encoders at this moment, rad.
-    fn measured(&self) -> Vec<f64> {
-        // An arm whose simulation failed shows only its commanded joints.
-        self.on_the_way().or_else(|| self.floor.world.robot().joints().ok()).unwrap_or_else(|| self.floor.world.commanded())
-    }
-
-    fn on_the_way(&self) -> Option<Vec<f64>> {
-        let underway = self.underway.borrow();
-        let Underway { from, to, began, takes } = underway.as_ref()?;
-        let share = (began.elapsed().as_secs_f64() / takes.as_secs_f64().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        Some(from.iter().zip(to).map(|(from, to)| from + share * (to - from)).collect())
-    }
-
-    fn posture(&self, q: &[f64]) -> Posture {
-        let mut posture = Posture::new(&self.robot);
-        let none = FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0; 3] };
-        posture.set(&self.robot, &none, &none, q, &vec![0.0; SiteIndex::new(q.len()).len()]);
-        posture
-    }
-
     /// Pose of the TCP in the controller's base.
     pub fn base_from_tool(&self, q: &[f64]) -> Pose {
-        let root_from_flange = self.posture(q).flange().pose() * LAST_FRAME_FROM_FLANGE.pose();
+        let root_from_flange = self.arm.posture(q).flange().pose() * LAST_FRAME_FROM_FLANGE.pose();
         self.frame("$BASE").inverse() * root_from_flange * self.frame("$TOOL")
     }
 
@@ -238,8 +183,8 @@ impl Controller {
     /// Status: bit 0 is set if the wrist is behind the first axis, bit 1 if the forearm is bent beyond its own offset, bit 2
     /// if the wrist is bent to the negative side.
     fn status(&self, q: &[f64]) -> i64 {
-        let [.., _, _, fourth, _, _] = self.robot.links.as_slice() else { return 0 };
-        let posture = self.posture(q);
+        let [.., _, _, fourth, _, _] = self.arm.robot.links.as_slice() else { return 0 };
+        let posture = self.arm.posture(q);
         let first = posture.frame(1);
         let behind = (posture.frame(4).o - first.o).dot(&first.x) < 0.0;
         let straight = fourth.mdh.a.atan2(fourth.mdh.d.abs());
@@ -248,9 +193,9 @@ impl Controller {
 
     /// Gravity torque at each joint, N·m, without payload.
     fn torques(&self) -> Vec<f64> {
-        let q = self.joints();
+        let q = self.arm.joints();
         let mut loads = Loads::new(q.len());
-        loads.compute(&self.robot, &self.posture(&q), &Payload::none(), &self.gravity, &Vector3::zeros());
+        loads.compute(&self.arm.robot, &self.arm.posture(&q), &Payload::none(), &self.gravity, &Vector3::zeros());
         loads.tau.iter().map(|moment| -moment).collect()
     }
 }

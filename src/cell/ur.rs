@@ -1,0 +1,14 @@
+//! Universal Robots through real-time data exchange (RTDE) and a program on their controller.
+//!
+//! RTDE reads the arm's state and carries the orders; the program ([`calibench_wire::ur::PROGRAM`]), which the driver sends to
+//! the controller's script interface, carries them out.
+
+mod driver;
+mod link;
+mod robot;
+mod settings;
+
+pub use link::UrError;
+pub use robot::UrRobot;
+pub(crate) use settings::UrKeys;
+pub use settings::{UrMotion, UrPayload, UrSettings};

@@ -1,0 +1,75 @@
+//! A Universal Robot as a driver of the cell.
+
+use calibench_wire::ur::{Action, robot_mode, runtime_state, safety_status};
+
+use super::UrRobot;
+use super::robot::{is_under_way, numbers_of, pose_of};
+use crate::cell::gauge::Traffic;
+use crate::cell::{ControllerFrames, ControllerState, Driver, DriverError, ManipulatorError};
+use crate::robot::FramePose;
+use crate::units::{DEG, MM};
+
+/// Largest difference between a frame or a payload and what it was set to, m and rad, and kg.
+const AS_SET: [f64; 3] = [1e-3 * MM, 1e-3 * DEG, 1e-3];
+
+impl Driver for UrRobot {
+    fn state(&mut self) -> Result<ControllerState, DriverError> {
+        let runs = self.runs().map_err(DriverError::new)?;
+        let seen = self.link.state().map_err(DriverError::new)?;
+        let program = runtime_state(seen.integer("runtime_state"));
+        let is_playing = program == runtime_state(2);
+        let safety = seen.integer("safety_status");
+        let other = "another program runs on its controller: stop it on the pendant";
+        Ok(ControllerState {
+            unfit: Self::unfit(&seen).or_else(|| (is_playing && !runs).then(|| other.into())),
+            pending: (runs && is_under_way(&seen)).then(|| {
+                let order = seen.integer("input_int_register_24");
+                format!("order {order} is not done; stop the program on the pendant")
+            }),
+            mode: format!("{}, {}", robot_mode(seen.integer("robot_mode")), safety_status(safety)),
+            program: if runs { format!("{program}: calibench") } else { program },
+            emergency_stop: Some(safety_status(safety).ends_with("emergency stop")),
+            speed_percent: 100.0 * seen.real("target_speed_fraction"),
+        })
+    }
+
+    fn prepare(&mut self, speed_percent: u8, flange_from_tool: &FramePose) -> Result<(), ManipulatorError> {
+        if let Some(pending) = self.state().map_err(|e| ManipulatorError::Lost { detail: e.to_string() })?.pending {
+            return Err(ManipulatorError::Refused { reason: pending });
+        }
+        self.start_program()?;
+        self.set_speed(speed_percent)?;
+        self.carry_out(Action::Tool, numbers_of(&flange_from_tool.pose()))?;
+        let is = pose_of(self.link.tool()?.flange_from_tool);
+        let between = is.inverse() * flange_from_tool.pose();
+        let (distance, angle) = (between.translation.vector.norm(), between.rotation.angle());
+        if distance > AS_SET[0] || angle > AS_SET[1] {
+            let reason = format!("its TCP is not what it was set to, by {:.3} mm and {:.3} deg", distance / MM, angle / DEG);
+            return Err(ManipulatorError::Refused { reason });
+        }
+        if let Some(payload) = self.settings.payload {
+            let [x, y, z] = payload.com;
+            self.carry_out(Action::Payload, [payload.mass, x, y, z, 0.0, 0.0])?;
+            let is = self.link.state()?.real("payload");
+            if (is - payload.mass).abs() > AS_SET[2] {
+                let reason = format!("its payload stays at {is:.3} kg where {:.3} kg was requested", payload.mass);
+                return Err(ManipulatorError::Refused { reason });
+            }
+        }
+        Ok(())
+    }
+
+    fn frames(&mut self) -> Result<ControllerFrames, DriverError> {
+        let tool = self.link.tool().map_err(DriverError::new)?;
+        let base_from_tool = self.link.state().map_err(DriverError::new)?.six("actual_TCP_pose");
+        Ok(ControllerFrames {
+            root_from_base: FramePose::default(),
+            base_from_tool: FramePose::from_pose(&pose_of(base_from_tool)),
+            flange_from_tool: FramePose::from_pose(&pose_of(tool.flange_from_tool)),
+        })
+    }
+
+    fn traffic(&self) -> Traffic {
+        self.link.traffic()
+    }
+}

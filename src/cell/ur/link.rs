@@ -1,0 +1,242 @@
+//! The connections to the controller: RTDE, re-established when it is lost; the secondary interface and the dashboard, opened
+//! when they are needed.
+
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use calibench_wire::ur::{CartesianInfo, Client, ClientError, Datum, Deadlines, PROGRAM, Recipes, Seen, StateMessageReader};
+use thiserror::Error;
+
+use super::UrSettings;
+use super::settings::{DASHBOARD_PORT, SECONDARY_PORT};
+use crate::cell::ManipulatorError;
+use crate::cell::gauge::Traffic;
+use crate::cell::socket::connect;
+
+/// Reason why the controller was not heard.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum UrError {
+    /// There is no answer at the address.
+    #[error("no connection to {address}: {error}")]
+    NoConnection {
+        /// Address.
+        address: String,
+        /// Error of the operating system.
+        error: std::io::Error,
+    },
+    /// RTDE fails.
+    #[error(transparent)]
+    Rtde(#[from] ClientError),
+    /// The secondary interface does not tell the tool.
+    #[error("{address} sends no robot state")]
+    NoRobotState {
+        /// Address.
+        address: String,
+    },
+    /// The secondary interface takes no program.
+    #[error("{address} takes no program: {error}")]
+    NotSent {
+        /// Address.
+        address: String,
+        /// Error of the operating system.
+        error: std::io::Error,
+    },
+}
+
+impl From<UrError> for ManipulatorError {
+    fn from(error: UrError) -> Self {
+        match error {
+            UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version) => {
+                ManipulatorError::Refused { reason: error.to_string() }
+            }
+            _ => ManipulatorError::Lost { detail: error.to_string() },
+        }
+    }
+}
+
+/// Groups of inputs: what is written at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Group {
+    /// The target of an order.
+    Target,
+    /// The number of the order.
+    Order,
+    /// The number of the order to be broken off.
+    Cancel,
+    /// The speed slider.
+    Speed,
+}
+
+/// The inputs of each group, in the order of [`Group`].
+const INPUTS: [&[&str]; 4] = [
+    &[
+        "input_int_register_25",
+        "input_double_register_24",
+        "input_double_register_25",
+        "input_double_register_26",
+        "input_double_register_27",
+        "input_double_register_28",
+        "input_double_register_29",
+        "input_double_register_30",
+        "input_double_register_31",
+    ],
+    &["input_int_register_24"],
+    &["input_int_register_26"],
+    &["speed_slider_mask", "speed_slider_fraction"],
+];
+
+/// The outputs that the driver reads.
+const OUTPUTS: [&str; 16] = [
+    "actual_q",
+    "target_q",
+    "actual_TCP_pose",
+    "target_TCP_pose",
+    "robot_mode",
+    "safety_status",
+    "runtime_state",
+    "robot_status_bits",
+    "target_speed_fraction",
+    "payload",
+    "joint_temperatures",
+    "input_int_register_24",
+    "output_int_register_24",
+    "output_int_register_25",
+    "output_int_register_26",
+    "output_int_register_27",
+];
+
+/// Packages a second: what every generation of controllers can send.
+const FREQUENCY: f64 = 125.0;
+
+/// Wait before reconnecting; the controller may need it to notice that the old connection is gone.
+const BREATH: Duration = Duration::from_millis(200);
+
+/// The connections to a controller.
+pub(super) struct Link {
+    settings: UrSettings,
+    client: Option<Client>,
+    before: Traffic,
+}
+
+impl Link {
+    /// Connects.
+    pub fn open(settings: &UrSettings) -> Result<Self, UrError> {
+        let mut link = Link { settings: settings.clone(), client: None, before: Traffic::default() };
+        link.client()?;
+        Ok(link)
+    }
+
+    /// Bytes exchanged so far.
+    pub fn traffic(&self) -> Traffic {
+        let [sent, received] = self.client.as_ref().map(Client::bytes).unwrap_or_default();
+        Traffic { sent: self.before.sent + sent, received: self.before.received + received }
+    }
+
+    /// The last message in words that the controller sent, if any.
+    pub fn message(&self) -> Option<String> {
+        self.client.as_ref()?.messages().pop()
+    }
+
+    /// The state of the controller after this call. Reading changes nothing, so a lost connection is re-established.
+    pub fn state(&mut self) -> Result<Seen, UrError> {
+        self.patiently(|client| client.fresh())
+    }
+
+    /// Writes inputs. They are absolute, so they are written again when the connection was lost.
+    pub fn write(&mut self, group: Group, values: &[Datum]) -> Result<(), UrError> {
+        self.patiently(|client| client.write(group as usize, values))
+    }
+
+    /// Drops the connection, without a new one.
+    pub fn close(&mut self) {
+        self.before = self.traffic();
+        self.client = None;
+    }
+
+    fn patiently<T>(&mut self, mut act: impl FnMut(&mut Client) -> Result<T, ClientError>) -> Result<T, UrError> {
+        let mut attempts = 0;
+        loop {
+            let done = match self.client() {
+                Ok(client) => act(client).map_err(UrError::from),
+                Err(error) => Err(error),
+            };
+            match done {
+                Ok(value) => return Ok(value),
+                Err(error) if attempts >= self.settings.patience.reconnects || !is_of_connection(&error) => return Err(error),
+                Err(_) => {
+                    attempts += 1;
+                    self.close();
+                    std::thread::sleep(BREATH);
+                }
+            }
+        }
+    }
+
+    fn client(&mut self) -> Result<&mut Client, UrError> {
+        let client = match self.client.take() {
+            Some(client) => client,
+            None => self.connect()?,
+        };
+        Ok(self.client.insert(client))
+    }
+
+    fn connect(&self) -> Result<Client, UrError> {
+        let UrSettings { address, patience, .. } = &self.settings;
+        let stream =
+            connect(address, patience.connect).map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
+        let recipes = Recipes { frequency: FREQUENCY, outputs: &OUTPUTS, inputs: &INPUTS };
+        Ok(Client::start(stream, &recipes, Deadlines { answer: patience.answer })?)
+    }
+
+    /// The tool as the controller's state message has it.
+    pub fn tool(&self) -> Result<CartesianInfo, UrError> {
+        let address = self.settings.beside(SECONDARY_PORT);
+        let failed = |error| UrError::NoConnection { address: address.clone(), error };
+        let patience = &self.settings.patience;
+        let mut stream = connect(&address, patience.connect).map_err(failed)?;
+        stream.set_read_timeout(Some(patience.answer)).map_err(failed)?;
+        let (mut reader, mut buffer) = (StateMessageReader::default(), [0; 4096]);
+        let began = Instant::now();
+        while began.elapsed() < patience.answer {
+            match stream.read(&mut buffer) {
+                Ok(0) => break,
+                Ok(length) => {
+                    if let Some(tool) = reader.push(&buffer[..length]) {
+                        return Ok(tool);
+                    }
+                }
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(_) => break,
+            }
+        }
+        Err(UrError::NoRobotState { address })
+    }
+
+    /// Sends the program to the controller, which starts it at once.
+    pub fn send_program(&self) -> Result<(), UrError> {
+        let address = self.settings.beside(SECONDARY_PORT);
+        let mut stream = connect(&address, self.settings.patience.connect)
+            .map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
+        stream.write_all(PROGRAM.as_bytes()).map_err(|error| UrError::NotSent { address, error })
+    }
+
+    /// True if the dashboard says that the controller is not in remote control, where it takes no programs.
+    pub fn is_in_local_control(&self) -> bool {
+        self.ask_dashboard("is in remote control").is_some_and(|answer| answer.trim() == "false")
+    }
+
+    /// The dashboard's answer; `None` where there is no dashboard.
+    fn ask_dashboard(&self, question: &str) -> Option<String> {
+        let patience = &self.settings.patience;
+        let mut stream = connect(&self.settings.beside(DASHBOARD_PORT), patience.connect).ok()?;
+        stream.set_read_timeout(Some(patience.answer)).ok()?;
+        stream.write_all(format!("{question}\n").as_bytes()).ok()?;
+        // The first line is its greeting.
+        BufReader::new(stream.take(4096)).lines().nth(1)?.ok()
+    }
+}
+
+fn is_of_connection(error: &UrError) -> bool {
+    !matches!(error, UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version))
+}

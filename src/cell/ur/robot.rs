@@ -1,0 +1,325 @@
+//! A Universal Robot as a manipulator of the procedure.
+
+use std::time::{Duration, Instant};
+
+use calibench_wire::ur::{Action, Datum, Outcome, PROGRAM_TOKEN, Seen, robot_mode, runtime_state, safety_status};
+use nalgebra::{Rotation3, Translation3, Vector3};
+
+use super::link::{Group, Link};
+use super::{UrError, UrSettings};
+use crate::cell::{Manipulator, ManipulatorError, StopRequest};
+use crate::robot::Pose;
+
+/// A Universal Robot behind RTDE.
+///
+/// Power, safety state and program are checked before and during every motion. A lost connection is re-established a limited
+/// number of times; whether an order was taken and has ended is known from its number. What became of an order whose program
+/// was stopped is not known, and it is not repeated.
+pub struct UrRobot {
+    pub(super) link: Link,
+    pub(super) settings: UrSettings,
+    stop: StopRequest,
+    order: i64,
+    is_started: bool,
+    began: Instant,
+}
+
+/// `robot_mode` of an arm that can move.
+const RUNNING: i64 = 7;
+/// `runtime_state` of a program that runs.
+const PLAYING: i64 = 2;
+/// Values of `safety_status` in which the arm may move: normal and reduced.
+const SAFE: [i64; 2] = [1, 2];
+/// Values of `safety_status` with an emergency stop: of the system, of the robot.
+const EMERGENCY: [i64; 2] = [6, 7];
+/// Bit of `robot_status_bits`: the freedrive button is pressed.
+const FREEDRIVE: i64 = 1 << 2;
+
+/// Longest time for a cancelled motion to end.
+const BRAKING: Duration = Duration::from_secs(2);
+
+/// Longest time for a program to start.
+const STARTING: Duration = Duration::from_secs(5);
+
+impl UrRobot {
+    /// Connects and reads the state; nothing is written and nothing moves.
+    ///
+    /// # Errors
+    /// When there is no answer, or the controller lacks a variable.
+    pub fn connect(settings: UrSettings, stop: StopRequest) -> Result<Self, UrError> {
+        let link = Link::open(&settings)?;
+        let mut robot = UrRobot { link, settings, stop, order: 0, is_started: false, began: Instant::now() };
+        robot.link.state()?;
+        Ok(robot)
+    }
+
+    /// Reason why the robot may not move now, if any; the program aside.
+    pub(super) fn unfit(seen: &Seen) -> Option<String> {
+        let (mode, safety) = (seen.integer("robot_mode"), seen.integer("safety_status"));
+        if EMERGENCY.contains(&safety) {
+            return Some("the emergency stop is pressed".into());
+        }
+        if !SAFE.contains(&safety) {
+            let remedy = "remove its cause, and release it on the pendant";
+            return Some(format!("its safety state is '{}': {remedy}", safety_status(safety)));
+        }
+        if seen.integer("robot_status_bits") & FREEDRIVE != 0 {
+            return Some("it is in freedrive: release the button".into());
+        }
+        if mode != RUNNING {
+            return Some(format!("its mode is '{}': power it on and release the brakes", robot_mode(mode)));
+        }
+        None
+    }
+
+    /// True if the program of this library runs on the controller. A program that waits counts, one that moves says so.
+    pub(super) fn runs(&mut self) -> Result<bool, UrError> {
+        let first = self.link.state()?;
+        if !is_playing(&first) || first.integer("output_int_register_26") != PROGRAM_TOKEN {
+            return Ok(false);
+        }
+        if is_under_way(&first) {
+            return Ok(true);
+        }
+        // The registers of a program that was stopped keep their values; that of a running one counts on.
+        for _ in 0..3 {
+            if self.link.state()?.integer("output_int_register_27") != first.integer("output_int_register_27") {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Sets the speed override, %, and verifies it.
+    pub(super) fn set_speed(&mut self, percent: u8) -> Result<(), ManipulatorError> {
+        let fraction = f64::from(percent) / 100.0;
+        self.link.write(Group::Speed, &[Datum::Integers(vec![1]), Datum::Reals(vec![fraction])])?;
+        let began = Instant::now();
+        loop {
+            let is = self.link.state()?.real("target_speed_fraction");
+            if (is - fraction).abs() < 1e-3 {
+                return Ok(());
+            }
+            if began.elapsed() > self.settings.patience.answer {
+                let reason = format!("its speed slider stays at {:.0} % where {percent} % was requested", 100.0 * is);
+                return Err(ManipulatorError::Refused { reason });
+            }
+        }
+    }
+
+    /// Starts the program unless it runs.
+    pub(super) fn start_program(&mut self) -> Result<(), ManipulatorError> {
+        let seen = self.link.state()?;
+        if let Some(reason) = Self::unfit(&seen) {
+            return Err(ManipulatorError::Stopped { reason });
+        }
+        if !self.runs()? {
+            if is_playing(&seen) {
+                let reason = "another program runs on its controller; stop it on the pendant".into();
+                return Err(ManipulatorError::Refused { reason });
+            }
+            self.link.send_program()?;
+            let began = Instant::now();
+            while !self.runs()? {
+                if began.elapsed() > STARTING {
+                    return Err(ManipulatorError::Refused { reason: self.why_not_started() });
+                }
+            }
+        }
+        self.order = self.link.state()?.integer("output_int_register_24");
+        self.is_started = true;
+        Ok(())
+    }
+
+    fn why_not_started(&mut self) -> String {
+        if self.link.is_in_local_control() {
+            return "its controller is in local control and takes no program; switch it to remote control".into();
+        }
+        let message = self.link.message().map(|words| format!(" (\"{words}\")")).unwrap_or_default();
+        format!("its controller does not start the program{message}; see the log on the pendant")
+    }
+
+    /// Has the program carry out an order, and waits until it has ended.
+    pub(super) fn carry_out(&mut self, action: Action, target: [f64; 6]) -> Result<(), ManipulatorError> {
+        if self.stop.is_made() {
+            return Err(stopped("stopped by the operator"));
+        }
+        let seen = self.link.state()?;
+        self.may_move(&seen)?;
+        let motion = self.settings.motion;
+        let (acceleration, speed) = match action {
+            Action::Line => (motion.line_acceleration, motion.line_speed),
+            _ => (motion.joint_acceleration, motion.joint_speed),
+        };
+        self.order = next_order(self.order);
+        let mut values = vec![Datum::Integers(vec![action.number()])];
+        values.extend(target.into_iter().chain([acceleration, speed]).map(|value| Datum::Reals(vec![value])));
+        self.link.write(Group::Target, &values)?;
+        // The target must have arrived before the order that uses it.
+        self.link.state()?;
+        self.give_order()?;
+        self.wait_until_done()
+    }
+
+    /// Writes the number of the order until the controller has it. The program knows an order that it has seen.
+    fn give_order(&mut self) -> Result<(), ManipulatorError> {
+        let began = Instant::now();
+        loop {
+            self.link.write(Group::Order, &[Datum::Integers(vec![self.order])])?;
+            if self.link.state()?.integer("input_int_register_24") == self.order {
+                return Ok(());
+            }
+            if began.elapsed() > self.settings.patience.answer {
+                let reason = "its controller does not take the number of an order; does another client write it?".into();
+                return Err(ManipulatorError::Refused { reason });
+            }
+        }
+    }
+
+    fn wait_until_done(&mut self) -> Result<(), ManipulatorError> {
+        let began = Instant::now();
+        loop {
+            let seen = self.link.state()?;
+            if seen.integer("output_int_register_24") == self.order {
+                return self.verdict(&seen);
+            }
+            self.may_move(&seen)?;
+            if self.stop.is_made() {
+                self.cancel()?;
+                return Err(stopped("stopped by the operator"));
+            }
+            if began.elapsed() > self.settings.patience.motion {
+                self.cancel()?;
+                let seconds = self.settings.patience.motion.as_secs_f64();
+                return Err(stopped(&format!("a motion did not end within {seconds:.0} s and was broken off")));
+            }
+            std::thread::sleep(self.settings.patience.poll);
+        }
+    }
+
+    /// Checks power, safety and program.
+    fn may_move(&self, seen: &Seen) -> Result<(), ManipulatorError> {
+        if let Some(reason) = Self::unfit(seen) {
+            return Err(ManipulatorError::Stopped { reason });
+        }
+        if !is_playing(seen) || seen.integer("output_int_register_26") != PROGRAM_TOKEN {
+            let state = runtime_state(seen.integer("runtime_state"));
+            let message = self.link.message().map(|words| format!("; it says: {words}")).unwrap_or_default();
+            return Err(stopped(&format!("its program does not run (it is {state}){message}")));
+        }
+        Ok(())
+    }
+
+    fn verdict(&self, seen: &Seen) -> Result<(), ManipulatorError> {
+        match Outcome::of(seen.integer("output_int_register_25")) {
+            Outcome::Done => Ok(()),
+            Outcome::BeyondLimits => Err(ManipulatorError::Unreachable),
+            Outcome::Cancelled => Err(stopped("the motion was broken off")),
+            Outcome::Forgotten | Outcome::UnderWay => {
+                let detail = "its program was started again, and what became of the order is not known".into();
+                Err(ManipulatorError::Lost { detail })
+            }
+            Outcome::UnknownAction => Err(ManipulatorError::Refused { reason: "its program does not know the action".into() }),
+            Outcome::Other(number) => {
+                Err(ManipulatorError::Refused { reason: format!("its program gives the outcome {number}") })
+            }
+        }
+    }
+
+    /// Breaks off the order under way; a program that does not obey is slowed down to nothing.
+    fn cancel(&mut self) -> Result<(), ManipulatorError> {
+        self.link.write(Group::Cancel, &[Datum::Integers(vec![self.order])])?;
+        let asked = Instant::now();
+        while asked.elapsed() < BRAKING {
+            let seen = self.link.state()?;
+            if seen.integer("output_int_register_24") == self.order || !is_playing(&seen) {
+                return Ok(());
+            }
+        }
+        Ok(self.link.write(Group::Speed, &[Datum::Integers(vec![1]), Datum::Reals(vec![0.0])])?)
+    }
+}
+
+impl Drop for UrRobot {
+    /// Ends the program that this driver started, unless an order is under way: the pendant then shows what became of it.
+    fn drop(&mut self) {
+        if !self.is_started {
+            return;
+        }
+        self.settings.patience.reconnects = 0;
+        let is_idle = |seen: &Seen| is_playing(seen) && seen.integer("output_int_register_24") == self.order;
+        if self.link.state().is_ok_and(|seen| is_idle(&seen) && !is_under_way(&seen)) {
+            let mut values = vec![Datum::Integers(vec![Action::End.number()])];
+            values.resize(9, Datum::Reals(vec![0.0]));
+            // Nothing can be done about a controller that is gone by now.
+            let ended = self.link.write(Group::Target, &values).and_then(|()| self.link.state());
+            drop(ended.and_then(|_| self.link.write(Group::Order, &[Datum::Integers(vec![next_order(self.order)])])));
+            drop(self.link.state());
+        }
+        self.link.close();
+    }
+}
+
+impl Manipulator for UrRobot {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        Ok(self.link.state()?.six("actual_q").to_vec())
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        let target = <[f64; 6]>::try_from(target);
+        let target = target.map_err(|_| ManipulatorError::Refused { reason: "it has six joints".into() })?;
+        self.carry_out(Action::Joints, target)?;
+        std::thread::sleep(self.settings.patience.settle);
+        Ok(())
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        // From where the tool was commanded to, so that residual servo errors do not accumulate.
+        let from = pose_of(self.link.state()?.six("target_TCP_pose"));
+        self.carry_out(Action::Line, numbers_of(&(from * Translation3::from(*offset))))?;
+        std::thread::sleep(self.settings.patience.settle);
+        Ok(())
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    fn commanded(&mut self) -> Option<Vec<f64>> {
+        self.link.state().ok().map(|seen| seen.six("target_q").to_vec())
+    }
+
+    fn temperature_c(&mut self) -> Option<f64> {
+        let joints = self.link.state().ok()?.six("joint_temperatures");
+        // A controller that knows none reports zeros.
+        joints.iter().all(|t| *t != 0.0).then(|| joints.iter().sum::<f64>() / joints.len() as f64)
+    }
+}
+
+fn is_playing(seen: &Seen) -> bool {
+    seen.integer("runtime_state") == PLAYING
+}
+
+pub(super) fn is_under_way(seen: &Seen) -> bool {
+    Outcome::of(seen.integer("output_int_register_25")) == Outcome::UnderWay
+}
+
+/// The pose of six numbers: place, m, and rotation vector, rad.
+pub(super) fn pose_of([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
+    Pose::from_parts(Translation3::new(x, y, z), Rotation3::new(Vector3::new(rx, ry, rz)))
+}
+
+/// The six numbers of a pose.
+pub(super) fn numbers_of(pose: &Pose) -> [f64; 6] {
+    let (place, turn) = (pose.translation.vector, pose.rotation.scaled_axis());
+    [place.x, place.y, place.z, turn.x, turn.y, turn.z]
+}
+
+/// Next order number: it fits an INT32 and is never 0, the register's value before the first order.
+fn next_order(last: i64) -> i64 {
+    if (0..i64::from(i32::MAX)).contains(&last) { last + 1 } else { 1 }
+}
+
+fn stopped(reason: &str) -> ManipulatorError {
+    ManipulatorError::Stopped { reason: reason.into() }
+}

@@ -1,0 +1,127 @@
+//! The program on the controller that carries out the driver's orders, and the registers by which they talk.
+//!
+//! ```text
+//! driver                                            program
+//! writes action and target, then ORDER = n          waits until ORDER differs from DONE
+//! reads DONE until it is n                          RESULT = under way; moves; RESULT, then DONE = n
+//! writes CANCEL = n                                 brakes, and ends order n as cancelled
+//! ```
+//!
+//! Orders are numbered and their targets absolute, so that an order sent again is not carried out twice. A program that is
+//! started takes the order that it finds as never carried out, and says so.
+
+/// The program, in URScript.
+pub const PROGRAM: &str = include_str!("program/calibench.script");
+
+/// Value of the register `PROGRAM` while this program runs; another version of it has another.
+pub const PROGRAM_TOKEN: i64 = 330_001;
+
+/// Numbers of the general-purpose registers. Those from 24 on are for clients of RTDE.
+pub mod registers {
+    /// Integer input: number of the order.
+    pub const ORDER: usize = 24;
+    /// Integer input: what to do.
+    pub const ACTION: usize = 25;
+    /// Integer input: number of the order to be broken off.
+    pub const CANCEL: usize = 26;
+    /// First of the six double inputs with the target.
+    pub const TARGET: usize = 24;
+    /// Double input: acceleration, rad/s² or m/s².
+    pub const ACCELERATION: usize = 30;
+    /// Double input: speed, rad/s or m/s.
+    pub const SPEED: usize = 31;
+    /// Integer output: number of the last order that ended.
+    pub const DONE: usize = 24;
+    /// Integer output: its outcome.
+    pub const RESULT: usize = 25;
+    /// Integer output: the token of the program.
+    pub const PROGRAM: usize = 26;
+    /// Integer output: counts the program's waiting cycles.
+    pub const ALIVE: usize = 27;
+}
+
+/// What an order asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// To these joints, rad, each in a straight line of joint space.
+    Joints,
+    /// With the tool to this pose in the base (m, rotation vector in rad), in a straight line.
+    Line,
+    /// Uses this tool in the flange from now on.
+    Tool,
+    /// Uses this payload from now on: kg, and its centre of mass in the flange, m.
+    Payload,
+    /// Ends the program.
+    End,
+}
+
+impl Action {
+    /// Its number.
+    pub fn number(self) -> i64 {
+        match self {
+            Action::Joints => 1,
+            Action::Line => 2,
+            Action::Tool => 3,
+            Action::Payload => 4,
+            Action::End => 5,
+        }
+    }
+}
+
+/// The outcome of an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Carried out.
+    Done,
+    /// No such action.
+    UnknownAction,
+    /// The target is beyond the safety limits of joints, tool or planes, or beyond reach.
+    BeyondLimits,
+    /// Broken off.
+    Cancelled,
+    /// Not ended yet.
+    UnderWay,
+    /// The program was started again after the order had been given; it is not known what became of it.
+    Forgotten,
+    /// Any other number.
+    Other(i64),
+}
+
+impl Outcome {
+    /// The outcome of this number.
+    pub fn of(number: i64) -> Self {
+        match number {
+            0 => Outcome::Done,
+            1 => Outcome::UnknownAction,
+            2 => Outcome::BeyondLimits,
+            3 => Outcome::Cancelled,
+            4 => Outcome::UnderWay,
+            9 => Outcome::Forgotten,
+            other => Outcome::Other(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_program_names_its_token_and_its_registers() {
+        assert!(PROGRAM.contains(&format!("write_output_integer_register({}, {PROGRAM_TOKEN})", registers::PROGRAM)));
+        for (call, register) in [
+            ("read_input_integer_register", registers::ORDER),
+            ("read_input_integer_register", registers::ACTION),
+            ("read_input_integer_register", registers::CANCEL),
+            ("read_input_float_register", registers::TARGET),
+            ("read_input_float_register", registers::TARGET + 5),
+            ("read_input_float_register", registers::ACCELERATION),
+            ("read_input_float_register", registers::SPEED),
+        ] {
+            assert!(PROGRAM.contains(&format!("{call}({register})")), "{call} {register}");
+        }
+        for action in [Action::Joints, Action::Line, Action::Tool, Action::Payload, Action::End] {
+            assert!(PROGRAM.contains(&format!("action == {}", action.number())), "{action:?}");
+        }
+    }
+}
