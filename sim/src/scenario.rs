@@ -154,9 +154,9 @@ impl Scenario {
         }
     }
 
-    /// Folder of the scenario file, for paths relative to it.
-    pub fn folder(&self) -> PathBuf {
-        self.sources.folder()
+    /// Folder of the file with `[suite]`, for paths relative to it.
+    pub fn suite_folder(&self) -> PathBuf {
+        self.sources.folder_of("suite")
     }
 
     /// The robot.

@@ -68,7 +68,7 @@ impl Suite {
         for (k, file) in spec.robots.iter().enumerate() {
             let key = format!("suite.robots[{k}]");
             let problem = |e: FileError| scenario.wrong(&key, format!("'{file}': {e}"), "name a scenario that can be run");
-            let mut cell = load_scenario(&scenario.folder().join(file)).map_err(problem)?;
+            let mut cell = load_scenario(&scenario.suite_folder().join(file)).map_err(problem)?;
             cell.mujoco = scenario.mujoco;
             cells.push(cell);
         }

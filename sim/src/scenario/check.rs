@@ -213,7 +213,7 @@ pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Re
         None => field.to_owned(),
     };
     let as_here = |e: FileError| sources.wrong(&place(&e.field), e.problem, e.remedy);
-    check_description(cell, &sources.folder()).map_err(as_here)?;
+    check_description(cell, &sources.folder_of("robot")).map_err(as_here)?;
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
     let ModelToml { effects, effect } = &toml.model;

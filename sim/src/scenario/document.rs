@@ -50,7 +50,7 @@ impl Document {
         if toml.format != FORMAT {
             return Err(sources.wrong("format", format!("is '{}'", toml.format), format!("write format = \"{FORMAT}\"")));
         }
-        let robot = robot(&toml.robot, &sources.folder())
+        let robot = robot(&toml.robot, &sources.folder_of("robot"))
             .map_err(|e| if e.path.is_file() { e } else { sources.wrong("robot", e.problem, e.remedy) })?;
         if let Some(joint) = robot.first_prismatic() {
             let problem = format!("joint {} is prismatic, and simulated arms are those whose joints turn", joint + 1);

@@ -36,9 +36,11 @@ impl Sources {
         Ok((Sources(files), merged))
     }
 
-    /// Folder of the scenario file, for paths relative to it.
-    pub fn folder(&self) -> PathBuf {
-        self.0.first().and_then(|(path, _)| path.parent()).unwrap_or(Path::new(".")).to_owned()
+    /// Folder of the file that gives a key of the first level; a path in it is relative to that file.
+    pub fn folder_of(&self, key: &str) -> PathBuf {
+        let gives = |text: &str| text.parse::<Table>().is_ok_and(|keys| keys.contains_key(key));
+        let file = self.0.iter().find(|(_, text)| gives(text)).or(self.0.first());
+        file.and_then(|(path, _)| path.parent()).unwrap_or(Path::new(".")).to_owned()
     }
 
     /// Builds an error for a key, in the file that contains most of the key's path; the first file if several do.

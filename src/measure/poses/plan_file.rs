@@ -62,7 +62,7 @@ struct PlanToml {
     /// Name and version of this format.
     #[cfg_attr(feature = "schema", schemars(extend("const" = PLAN_FORMAT)))]
     format: String,
-    /// The robot, as the dataset or cell names it.
+    /// The robot: its name, which a robot file gives inside.
     robot: String,
     /// Joints at which all ways start, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -165,7 +165,7 @@ pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(),
     let to_poses = plan.ways.iter().flat_map(|ways| ways.to.iter().map(|(id, way)| (id.as_str(), way)));
     let plan = PlanToml {
         format: PLAN_FORMAT.into(),
-        robot: cell.robot_reference.clone(),
+        robot: cell.robot.name.clone(),
         home_deg: plan.ways.as_ref().map(|ways| degrees(&ways.home)),
         mastering_deg: mastering.map(|place| degrees(&place.q)),
         pose,
@@ -188,8 +188,9 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> 
         let problem = format!("is '{}', not '{PLAN_FORMAT}'", plan.format);
         return Err(reading.wrong("format", problem, "make the plan again"));
     }
-    if plan.robot != cell.robot_reference {
-        let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);
+    // An older plan names the robot's file, which has another name in each folder.
+    if ![&cell.robot.name, &cell.robot_reference].contains(&&plan.robot) {
+        let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot.name);
         return Err(reading.wrong("robot", problem, "use a plan made for this cell"));
     }
     if let Some(problem) = slides(cell) {

@@ -121,7 +121,8 @@ impl Cursor {
                 self.advance();
                 Ok(())
             }
-            Token::End => Ok(()),
+            // Controllers take another statement on the same line, and clients in use send some.
+            Token::End | Token::Name(_) => Ok(()),
             _ => self.error("the end of the line"),
         }
     }

@@ -98,6 +98,8 @@ impl Cursor {
     }
 
     fn primary(&mut self) -> Result<Expression, SyntaxError> {
+        // A value may stand on the next line, as in programs of clients in use.
+        self.skip_lines();
         let line = self.line();
         let constant = match self.token() {
             Token::Integer(number) => Value::Integer(*number),

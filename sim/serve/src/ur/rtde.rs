@@ -155,21 +155,20 @@ impl Connection {
         if frequency >= FREQUENCIES[0] && frequency <= FREQUENCIES[1] {
             self.recipes.frequency = frequency;
         }
-        let names = String::from_utf8_lossy(names);
-        let types: Vec<Option<DataType>> = names.split(',').map(|name| output_type(name.trim())).collect();
+        let names = names_in(names);
+        let types: Vec<Option<DataType>> = names.iter().map(|name| output_type(name)).collect();
         self.recipes.outputs = variables(&names, &types);
         answer(1, &types, |_| "NOT_FOUND")
     }
 
     fn set_inputs(&mut self, body: &[u8]) -> Vec<u8> {
-        let names = String::from_utf8_lossy(body);
-        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        let names = names_in(body);
         let mut claimed = self.controller.claimed.borrow_mut();
         let is_taken = |name: &str| claimed.get(name).is_some_and(|client| *client != self.number);
         let types: Vec<Option<DataType>> = names.iter().map(|name| input_type(name).filter(|_| !is_taken(name))).collect();
         let failed =
             answer(0, &types, |k| if names.get(k).is_some_and(|name| is_taken(name)) { "IN_USE" } else { "NOT_FOUND" });
-        let recipe = variables(&names.join(","), &types);
+        let recipe = variables(&names, &types);
         if recipe.is_empty() || self.recipes.inputs.len() == MOST_RECIPES {
             return failed;
         }
@@ -189,11 +188,17 @@ impl Connection {
     }
 }
 
+/// The names of a list that clients write with a comma between or after them.
+fn names_in(list: &[u8]) -> Vec<String> {
+    let list = String::from_utf8_lossy(list);
+    list.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
 /// The variables of a recipe; none if one of them is not to be had.
-fn variables(names: &str, types: &[Option<DataType>]) -> Vec<Variable> {
-    let both = names.split(',').zip(types);
+fn variables(names: &[String], types: &[Option<DataType>]) -> Vec<Variable> {
+    let both = names.iter().zip(types);
     let variables: Option<Vec<Variable>> =
-        both.map(|(name, kind)| Some(Variable { name: name.trim().into(), kind: (*kind)? })).collect();
+        both.map(|(name, kind)| Some(Variable { name: name.clone(), kind: (*kind)? })).collect();
     variables.unwrap_or_default()
 }
 
