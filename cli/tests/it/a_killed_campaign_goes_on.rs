@@ -7,24 +7,15 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::served::{Bench, Served, assert_none_lost, measurements};
+use crate::served::{Bench, Make, Served, assert_none_lost, measurements};
 use calibench::measure::poses::ways::turn;
 use calibench::units::DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rs_openshowvar::OpenShowVar;
 
 /// True if the gauge is on a ball: the TCP is at the contact of a pose of the plan.
 fn is_in_contact(served: &Served, bench: &Bench) -> bool {
-    let (host, port) = served.robot();
-    let mut robot = OpenShowVar::new(host, port);
-    robot.connect().unwrap();
-    let text = robot.read("$AXIS_ACT_MEAS").unwrap();
-    let angle = |name: &str| -> f64 {
-        let rest = &text[text.find(name).unwrap() + name.len()..];
-        rest.trim_start().split([',', '}']).next().unwrap().trim().parse::<f64>().unwrap() * DEG
-    };
-    let q: Vec<f64> = ["A1", "A2", "A3", "A4", "A5", "A6"].iter().map(|name| angle(name)).collect();
+    let q = served.joints();
     bench.poses.iter().any(|pose| turn(&pose.contact, &q) < 2.0 * DEG && turn(&pose.approach, &q) > 2.0 * DEG)
 }
 
@@ -43,9 +34,9 @@ fn is_kill(k: usize) -> bool {
     SIGNALS[k % SIGNALS.len()] == "-KILL"
 }
 
-/// `many` kills.
-fn goes_on(many: usize) {
-    let bench = Bench::small();
+/// `many` kills, with a robot of this make.
+fn goes_on(make: Make, many: usize) {
+    let bench = Bench::small_of(make);
     let mut served = bench.serve(&[]);
     served.tell("ball out");
     bench.write_cell(&served, "", "", "");
@@ -110,11 +101,22 @@ fn goes_on(many: usize) {
 
 #[test]
 fn at_any_instant() {
-    goes_on(24);
+    goes_on(Make::Kuka, 24);
 }
 
 #[test]
 #[ignore = "a study of 200 kills: validation/run a_killed_campaign_goes_on"]
 fn at_any_of_many_instants() {
-    goes_on(200);
+    goes_on(Make::Kuka, 200);
+}
+
+#[test]
+fn at_any_instant_with_a_universal_robot() {
+    goes_on(Make::Ur, 8);
+}
+
+#[test]
+#[ignore = "a study of 200 kills: validation/run a_killed_campaign_goes_on"]
+fn at_any_of_many_instants_with_a_universal_robot() {
+    goes_on(Make::Ur, 200);
 }

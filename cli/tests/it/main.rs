@@ -16,6 +16,7 @@ mod a_plan_is_made_for_a_real_cell;
 mod a_robot_of_a_urdf_is_calibrated;
 mod a_step_is_judged_before_it_is_taken;
 mod a_study_is_the_same_however_it_is_cut;
+mod a_universal_robot_is_driven_or_named;
 mod advice_is_held_to_rows_left_out;
 mod bad_input_ends_in_one_clear_error;
 mod calibrate_is_one_command;

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses its own part
 
 use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -10,8 +11,11 @@ use calibench::measure::dataset::file::write_dataset;
 use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::measure::poses::ways::HomeWays;
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
+use calibench::units::DEG;
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::{Scenario, load_scenario};
+use calibench_wire::ur::{Client, ClientError, Deadlines, Recipes};
+use rs_openshowvar::OpenShowVar;
 use tempfile::TempDir;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_calibench");
@@ -19,8 +23,16 @@ const PROGRAM: &str = env!("CARGO_BIN_EXE_calibench");
 /// The seed used throughout.
 pub const SEED: u64 = 1;
 
-/// The paper's cell, planned.
+/// The makes of robots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Make {
+    Kuka,
+    Ur,
+}
+
+/// The paper's cell, or the same around a Universal Robot, planned.
 pub struct Bench {
+    make: Make,
     folder: TempDir,
     pub scenario: Scenario,
     pub poses: Vec<PlannedPose>,
@@ -30,11 +42,21 @@ pub struct Bench {
 impl Bench {
     /// A new bench with a quick plan.
     pub fn new() -> Bench {
-        Bench::with(|poses| poses)
+        Bench::with(Make::Kuka, |poses| poses)
+    }
+
+    /// The same around a Universal Robot.
+    pub fn ur() -> Bench {
+        Bench::with(Make::Ur, |poses| poses)
     }
 
     /// Two poses on each ball, and one reserve.
     pub fn small() -> Bench {
+        Bench::small_of(Make::Kuka)
+    }
+
+    /// The same around a robot of this make.
+    pub fn small_of(make: Make) -> Bench {
         let few = |poses: Vec<PlannedPose>| {
             let mut taken = [[0; 2]; 4];
             let mut wanted = |pose: &PlannedPose| {
@@ -44,19 +66,22 @@ impl Bench {
             };
             poses.into_iter().filter(|pose| wanted(pose)).collect()
         };
-        Bench::with(few)
+        Bench::with(make, few)
     }
 
-    fn with(choose: impl FnOnce(Vec<PlannedPose>) -> Vec<PlannedPose>) -> Bench {
+    fn with(make: Make, choose: impl FnOnce(Vec<PlannedPose>) -> Vec<PlannedPose>) -> Bench {
         let folder = tempfile::tempdir().unwrap();
-        let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/paper.toml");
+        let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join(match make {
+            Make::Kuka => "../scenarios/paper.toml",
+            Make::Ur => "../scenarios/ur5e-trical.toml",
+        });
         let plan_keys = "[plan]\npool_per_ball = 200\nstarts = 1\n";
         let text = format!("format = \"calibench-scenario/1\"\nextends = \"{}\"\n{plan_keys}", paper.display());
         std::fs::write(folder.path().join("scenario.toml"), text).unwrap();
         let scenario = load_scenario(&folder.path().join("scenario.toml")).unwrap();
         let mut poses = choose(plan(&scenario, SEED).unwrap().probing.poses);
         let ways = find_ways(&scenario, SEED, None, &mut poses).unwrap();
-        let bench = Bench { folder, scenario, poses, ways };
+        let bench = Bench { make, folder, scenario, poses, ways };
         let cell = bench.cell();
         // A dataset needs at least one sample; only its description is used.
         let sample = Sample::new("a", vec![0.0; cell.robot.joints()], Measured::Ball { ball: 0, reading: None });
@@ -84,6 +109,9 @@ impl Bench {
     pub fn serve(&self, arguments: &[&str]) -> Served {
         let mut command = Command::new(PROGRAM);
         command.args(["sim", "serve"]).arg(self.path("scenario.toml")).args(["--seed", &SEED.to_string(), "--commands"]);
+        if self.make == Make::Ur {
+            command.args(["--robot", "ur"]);
+        }
         if !arguments.contains(&"--time-scale") {
             command.args(["--time-scale", "0"]);
         }
@@ -95,15 +123,18 @@ impl Bench {
         let addresses: serde_json::Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line}"));
         let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
         let indicators = [0, 1, 2].map(|k| text(&addresses["indicators"][k]));
-        Served { process, stdin, out, indicators, robot: text(&addresses["robot"]) }
+        Served { process, stdin, out, indicators, robot: text(&addresses["robot"]), make: self.make }
     }
 
     /// Writes `cell.toml` for the served cell, with additional keys for the robot and the indicators, and additional tables.
     pub fn write_cell(&self, served: &Served, robot: &str, indicator: &str, tables: &str) -> PathBuf {
+        let keys = match self.make {
+            Make::Kuka => "flange.b_deg = 180\nvariables.joints = \"$AXIS_ACT_MEAS\"\nvariables.commanded = \"$AXIS_ACT\"\n",
+            Make::Ur => "kind = \"ur\"\npayload = { mass_kg = 4.0, com_mm = [25.0, 0.0, 70.0] }\n",
+        };
         let mut text = format!(
             "format = \"calibench-cell/1\"\ndataset = \"cell/dataset.toml\"\nsurroundings.scene = \"scene.toml\"\n[robot]\naddress = \"{}\"\nspeed_percent = 100\n\
-             flange.b_deg = 180\nvariables.joints = \"$AXIS_ACT_MEAS\"\nvariables.commanded = \"$AXIS_ACT\"\n\
-             patience.settle_s = 0.0\npatience.poll_ms = 1\npatience.answer_s = 1.0\npatience.motion_s = 20.0\n{robot}\n{tables}\n",
+             {keys}patience.settle_s = 0.0\npatience.poll_ms = 1\npatience.answer_s = 1.0\npatience.motion_s = 20.0\n{robot}\n{tables}\n",
             served.robot
         );
         for (axis, place) in ["x", "y", "z"].iter().zip(&served.indicators) {
@@ -138,6 +169,7 @@ pub struct Served {
     out: BufReader<ChildStdout>,
     pub indicators: [String; 3],
     pub robot: String,
+    make: Make,
 }
 
 impl Served {
@@ -145,6 +177,31 @@ impl Served {
     pub fn robot(&self) -> (String, u16) {
         let (host, port) = self.robot.rsplit_once(':').unwrap();
         (host.into(), port.parse().unwrap())
+    }
+
+    /// The measured joints, rad, as a client of the robot sees them.
+    pub fn joints(&self) -> Vec<f64> {
+        match self.make {
+            Make::Kuka => {
+                let (host, port) = self.robot();
+                let mut robot = OpenShowVar::new(host, port);
+                robot.connect().unwrap();
+                let text = robot.read("$AXIS_ACT_MEAS").unwrap();
+                let angle = |name: &str| -> f64 {
+                    let rest = &text[text.find(name).unwrap() + name.len()..];
+                    rest.trim_start().split([',', '}']).next().unwrap().trim().parse::<f64>().unwrap() * DEG
+                };
+                ["A1", "A2", "A3", "A4", "A5", "A6"].iter().map(|name| angle(name)).collect()
+            }
+            Make::Ur => self.rtde(&[]).unwrap().fresh().unwrap().six("actual_q").to_vec(),
+        }
+    }
+
+    /// A client of a Universal Robot that writes these inputs.
+    pub fn rtde(&self, inputs: &[&[&str]]) -> Result<Client, ClientError> {
+        let recipes = Recipes { outputs: &["actual_q", "runtime_state"], inputs };
+        let deadlines = Deadlines { answer: Duration::from_secs(5) };
+        Client::start(TcpStream::connect(&self.robot).unwrap(), &recipes, deadlines)
     }
 
     /// Sends the attendant a command; returns when it is done.

@@ -22,6 +22,13 @@ use nalgebra::Vector3;
 /// has three or four such steps.
 const CENTRED: f64 = 2.0 * UM;
 
+/// Largest distance between two centrings of one pose, m: each within the tolerance of 3 um in each axis.
+const BOTH_CENTRED: f64 = 2.0 * 1.733 * 3.0 * UM;
+
+/// Most probings of eighty by the Universal Robot that may differ by a step: with readings near the tolerance, their noise decides
+/// about one step more. Three do.
+const ONE_STEP_MORE: usize = 4;
+
 /// Largest difference of a parameter between the two, in its own one-sigma. Samples that differ by a micrometre differ by a
 /// tenth of the noise on which the sigmas are based, that of a centring (paper, section 4: about 10 um); the largest of 31 is
 /// twice as far out as one.
@@ -67,7 +74,16 @@ fn in_one_process(bench: &Bench) -> Dataset {
 
 #[test]
 fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
-    let bench = Bench::new();
+    are_the_same(&Bench::new(), 0);
+}
+
+#[test]
+fn eighty_probings_by_a_universal_robot_identify_what_eighty_in_one_process_do() {
+    are_the_same(&Bench::ur(), ONE_STEP_MORE);
+}
+
+/// `one_step_more`: most probings that may have had one step more or less.
+fn are_the_same(bench: &Bench, one_step_more: usize) {
     let served = bench.serve(&[]);
     // The simulated controller has no margin at its joints' limits.
     bench.write_cell(&served, "", "", "[guards]\njoint_margin_deg = 0.0");
@@ -78,7 +94,7 @@ fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
     println!("{said}{}", served.interrupt());
 
     let wired = read_dataset(&bench.path("wired")).unwrap();
-    let plain = in_one_process(&bench);
+    let plain = in_one_process(bench);
     assert_eq!((wired.samples.len(), plain.samples.len()), (80, 80));
     assert!(wired.samples.iter().all(|s| s.set == SampleSet::Fit && s.q_commanded.is_some()));
 
@@ -108,5 +124,6 @@ fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
         in_process.rms / UM
     );
     assert!(largest < SAME, "{largest} sigma");
-    assert!(apart[apart.len() - 1] < CENTRED, "{:.2} um", apart[apart.len() - 1] / UM);
+    assert!(apart[apart.len() - 1 - one_step_more] < CENTRED, "{:.2} um", apart[apart.len() - 1 - one_step_more] / UM);
+    assert!(apart[apart.len() - 1] < BOTH_CENTRED, "{:.2} um", apart[apart.len() - 1] / UM);
 }

@@ -106,9 +106,6 @@ const OUTPUTS: [&str; 16] = [
     "output_int_register_27",
 ];
 
-/// Packages a second: what every generation of controllers can send.
-const FREQUENCY: f64 = 125.0;
-
 /// Wait before reconnecting; the controller may need it to notice that the old connection is gone.
 const BREATH: Duration = Duration::from_millis(200);
 
@@ -185,7 +182,7 @@ impl Link {
         let UrSettings { address, patience, .. } = &self.settings;
         let stream =
             connect(address, patience.connect).map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
-        let recipes = Recipes { frequency: FREQUENCY, outputs: &OUTPUTS, inputs: &INPUTS };
+        let recipes = Recipes { outputs: &OUTPUTS, inputs: &INPUTS };
         Ok(Client::start(stream, &recipes, Deadlines { answer: patience.answer })?)
     }
 

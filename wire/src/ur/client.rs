@@ -59,11 +59,9 @@ pub struct Deadlines {
     pub answer: Duration,
 }
 
-/// The variables exchanged, and how often.
+/// The variables exchanged.
 #[derive(Debug, Clone, Copy)]
 pub struct Recipes<'a> {
-    /// Packages a second.
-    pub frequency: f64,
     /// Outputs of the controller.
     pub outputs: &'a [&'a str],
     /// Groups of inputs of the controller; a group is written at once.
@@ -123,6 +121,12 @@ struct Received {
     error: Option<ClientError>,
 }
 
+/// Packages a second that the controller can send: before the e-Series, and from it on.
+const FREQUENCIES: [f64; 2] = [125.0, 500.0];
+
+/// First major version of the software of the e-Series.
+const E_SERIES: u32 = 5;
+
 /// Most messages in words that are kept.
 const MOST_MESSAGES: usize = 50;
 
@@ -155,7 +159,8 @@ impl Client {
         for (number, bytes) in software.iter_mut().zip(version.as_chunks::<4>().0) {
             *number = u32::from_be_bytes(*bytes);
         }
-        let mut asked = recipes.frequency.to_be_bytes().to_vec();
+        let frequency = if software[0] >= E_SERIES { FREQUENCIES[1] } else { FREQUENCIES[0] };
+        let mut asked = frequency.to_be_bytes().to_vec();
         asked.extend_from_slice(recipes.outputs.join(",").as_bytes());
         let outputs = recipe(recipes.outputs, &talk.ask(PackageKind::Outputs, asked)?, software)?;
         let mut inputs = Vec::with_capacity(recipes.inputs.len());

@@ -1,0 +1,175 @@
+//! The fault matrix of a Universal Robot: what happens to the robot, its connections and its program in a campaign over RTDE, the
+//! end of the measurement in each case, and that no finished probing is ever lost. The faults of gauge and balls are those of
+//! [`crate::every_fault_of_a_cell_is_survived_or_named`].
+#![cfg(unix)]
+
+use std::process::Output;
+use std::sync::{Mutex, MutexGuard, OnceLock};
+
+use calibench_wire::ur::{ClientError, Datum};
+
+use crate::served::{Bench, Make, assert_none_lost, measurements};
+
+/// One at a time: each case runs two processes.
+fn bench() -> MutexGuard<'static, Bench> {
+    static BENCH: OnceLock<Mutex<Bench>> = OnceLock::new();
+    BENCH.get_or_init(|| Mutex::new(Bench::small_of(Make::Ur))).lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout)
+}
+
+/// A campaign with this service survives.
+fn survives(name: &str, service: &[&str]) {
+    let bench = bench();
+    let mut served = bench.serve(service);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let output = bench.measured(name, &["--mastered"]);
+    assert_eq!(output.status.code(), Some(0), "{name}: {}", said(&output));
+    assert!(said(&output).starts_with("8 of 8 planned probings measured"), "{name}: {}", said(&output));
+    assert_eq!(measurements(&bench.path(name).join("campaign.journal")).len(), 8, "{name}");
+}
+
+/// A campaign with this fault ends in this message; while nothing is mended it ends in the second one; reset by the operator, it
+/// is resumed and nothing is lost.
+fn is_named(name: &str, fault: &str, message: &str, still: &str) {
+    let bench = bench();
+    let mut served = bench.serve(&["--fault", fault]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let output = bench.measured(name, &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{name}: {}", said(&output));
+    assert!(said(&output).contains(message), "{name}: {}", said(&output));
+    let before = measurements(&bench.path(&format!("{name}.journal")));
+    assert!(!before.is_empty(), "{name}: the fault struck before anything was measured");
+    let refused = bench.measured(name, &["--resume"]);
+    assert_eq!(refused.status.code(), Some(3), "{name}: {}", said(&refused));
+    assert!(said(&refused).contains(still), "{name}: {}", said(&refused));
+    served.tell("reset");
+    let again = bench.measured(name, &["--resume"]);
+    assert_eq!(again.status.code(), Some(0), "{name}: {}", said(&again));
+    assert_none_lost(&before, &bench.path(name));
+    println!("{name}: {}", said(&output).trim());
+}
+
+#[test]
+fn the_link_drops_at_every_motion() {
+    survives("dropped", &["--fault", "drop_link"]);
+}
+
+#[test]
+fn a_connection_is_half_open() {
+    survives("half_open", &["--fault", "half_open@200"]);
+}
+
+#[test]
+fn motions_take_their_time() {
+    survives("in_time", &["--time-scale", "100", "--fault", "slow@5+"]);
+}
+
+#[test]
+fn the_emergency_stop_is_pressed() {
+    let pressed = "the emergency stop is pressed";
+    is_named("estop", "estop@14", pressed, pressed);
+}
+
+#[test]
+fn a_protective_stop() {
+    let stopped = "its safety state is 'protective stop': remove its cause, and release it on the pendant";
+    is_named("protective", "protective_stop@20", stopped, stopped);
+}
+
+#[test]
+fn the_power_goes_off() {
+    let off = "its mode is 'power off': power it on and release the brakes";
+    is_named("power", "power_off@14", off, off);
+}
+
+#[test]
+fn somebody_takes_the_arm_in_freedrive() {
+    let taken = "it is in freedrive: release the button";
+    is_named("freedrive", "freedrive@14", taken, taken);
+}
+
+#[test]
+fn the_controller_refuses_a_motion() {
+    let bench = bench();
+    let mut served = bench.serve(&["--fault", "refuse@14"]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let output = bench.measured("refused", &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    let message = "its program does not run (it is stopped); it says: line 16, in move_arm: the motion is refused";
+    assert!(said(&output).contains(message), "{}", said(&output));
+    let again = bench.measured("refused", &["--resume"]);
+    assert_eq!(again.status.code(), Some(0), "the program is sent again: {}", said(&again));
+}
+
+#[test]
+fn it_is_in_local_control() {
+    let bench = bench();
+    let mut served = bench.serve(&["--mode", "LOCAL"]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let output = bench.measured("local", &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    let message = "its controller is in local control and takes no program; switch it to remote control";
+    assert!(said(&output).contains(message), "{}", said(&output));
+}
+
+#[test]
+fn another_client_writes_what_the_driver_writes() {
+    let bench = bench();
+    let mut served = bench.serve(&[]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let other = served.rtde(&[&["input_int_register_24"]]).unwrap();
+    assert!(
+        matches!(served.rtde(&[&["input_int_register_24"]]), Err(ClientError::InUse { name }) if name == "input_int_register_24")
+    );
+    let output = bench.measured("second", &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    assert!(said(&output).contains("another client writes 'input_int_register_24'"), "{}", said(&output));
+    drop(other);
+    is_measured(&bench, "second");
+}
+
+fn is_measured(bench: &Bench, name: &str) {
+    let output = bench.measured(name, &["--mastered"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+}
+
+#[test]
+fn another_program_runs() {
+    use std::io::Write;
+    let bench = bench();
+    let mut served = bench.serve(&[]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let (host, port) = served.robot();
+    // The secondary interface.
+    let mut other = std::net::TcpStream::connect((host, port - 2)).unwrap();
+    other.write_all(b"def somebody_elses():\n  while True:\n    sync()\n  end\nend\n").unwrap();
+    let mut client = served.rtde(&[]).unwrap();
+    while client.fresh().unwrap().integer("runtime_state") != 2 {}
+    let output = bench.measured("other", &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    assert!(said(&output).contains("another program runs on its controller"), "{}", said(&output));
+}
+
+/// The registers hold an order of a client that is gone, to the joints zero, with the arm through the table on its way.
+#[test]
+fn a_stale_order_is_not_carried_out() {
+    let bench = bench();
+    let mut served = bench.serve(&[]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let mut client = served.rtde(&[&["input_int_register_24", "input_int_register_25"]]).unwrap();
+    client.write(0, &[Datum::Integers(vec![77]), Datum::Integers(vec![1])]).unwrap();
+    client.fresh().unwrap();
+    drop(client);
+    is_measured(&bench, "stale");
+    assert!(!served.interrupt().contains("COLLISION"));
+}
