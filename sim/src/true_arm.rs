@@ -6,7 +6,7 @@ use std::path::Path;
 use calibench::files::FileError;
 use calibench::files::disk::write_whole;
 use calibench::measure::campaign::CampaignRecord;
-use calibench::robot::Pose;
+use calibench::robot::{Pose, rotation_vector};
 use calibench::units::{DEG, MM};
 
 /// The true arm at rest.
@@ -55,7 +55,7 @@ impl TrueArm {
             let links = posture.frames.iter().enumerate().map(|(link, frame)| (link.to_string(), frame));
             for (name, pose) in links.chain([("tool".into(), &posture.tool)]) {
                 let [x, y, z] = (pose.translation.vector / MM).into();
-                let [rx, ry, rz]: [f64; 3] = (pose.rotation.scaled_axis() / DEG).into();
+                let [rx, ry, rz]: [f64; 3] = (rotation_vector(&pose.rotation) / DEG).into();
                 // Resolves a nanometre, and the angles less than that at the end of an arm of a metre.
                 _ = writeln!(table, "{},{name},{x:.6},{y:.6},{z:.6},{rx:.8},{ry:.8},{rz:.8}", k + 1);
             }

@@ -6,7 +6,7 @@ use super::UrRobot;
 use super::robot::{is_under_way, numbers_of, pose_of};
 use crate::cell::gauge::Traffic;
 use crate::cell::{ControllerFrames, ControllerState, Driver, DriverError, ManipulatorError};
-use crate::robot::FramePose;
+use crate::robot::{FramePose, rotation_vector};
 use crate::units::{DEG, MM};
 
 /// Largest difference between a frame or a payload and what it was set to, m and rad, and kg.
@@ -42,7 +42,7 @@ impl Driver for UrRobot {
         self.carry_out(Action::Tool, numbers_of(&flange_from_tool.pose()))?;
         let is = pose_of(self.link.tool()?.flange_from_tool);
         let between = is.inverse() * flange_from_tool.pose();
-        let (distance, angle) = (between.translation.vector.norm(), between.rotation.angle());
+        let (distance, angle) = (between.translation.vector.norm(), rotation_vector(&between.rotation).norm());
         if distance > AS_SET[0] || angle > AS_SET[1] {
             let reason = format!("its TCP is not what it was set to, by {:.3} mm and {:.3} deg", distance / MM, angle / DEG);
             return Err(ManipulatorError::Refused { reason });

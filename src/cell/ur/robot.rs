@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 use super::link::{Group, Link};
 use super::{UrError, UrSettings};
 use crate::cell::{Manipulator, ManipulatorError, StopRequest};
-use crate::robot::Pose;
+use crate::robot::{Pose, rotation_vector};
 
 /// A Universal Robot behind RTDE.
 ///
@@ -311,7 +311,7 @@ pub(super) fn pose_of([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
 
 /// The six numbers of a pose.
 pub(super) fn numbers_of(pose: &Pose) -> [f64; 6] {
-    let (place, turn) = (pose.translation.vector, pose.rotation.scaled_axis());
+    let (place, turn) = (pose.translation.vector, rotation_vector(&pose.rotation));
     [place.x, place.y, place.z, turn.x, turn.y, turn.z]
 }
 

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
+use crate::robot::rotation_vector;
 use crate::units::DEG;
 
 /// A form of three numbers.
@@ -39,7 +40,7 @@ impl Form {
         let m = r.matrix();
         match self {
             Form::Vector => {
-                let v = r.scaled_axis();
+                let v = rotation_vector(r);
                 let other = v - v.normalize() * TAU;
                 vec![v.into(), other.into()].into_iter().filter(|v: &[f64; 3]| v.iter().all(|x| x.is_finite())).collect()
             }
@@ -180,7 +181,7 @@ impl Misread {
             }
             Misread::Inverse => vec![r.inverse()],
             Misread::LeftHanded => {
-                let v = r.scaled_axis();
+                let v = rotation_vector(r);
                 vec![Rotation3::new(Vector3::new(-v.x, -v.y, v.z))]
             }
             Misread::Axes { columns, signs, inverse, left } => {

@@ -12,7 +12,7 @@ use super::slip::Slip;
 use super::starts::fit;
 use crate::math::CHI2_MEDIAN;
 use crate::measure::dataset::Dataset;
-use crate::robot::{angle_between, nearest_rotation};
+use crate::robot::{angle_between, nearest_rotation, rotation_vector};
 use crate::units::DEG;
 
 /// One-sigma of each angle of the links of a poorly assembled arm, rad: six plausible sizes of the catalogue.
@@ -205,7 +205,7 @@ impl Rows {
             let Some(bases) = self.own_bases(&seen) else { continue };
             let readings = as_stated(&seen);
             let angle = rms(&self.angles(&bases, &readings, true));
-            let at_base = bases.iter().all(|b| b.angle() < 2.0 * DEG);
+            let at_base = bases.iter().all(|b| rotation_vector(b).norm() < 2.0 * DEG);
             let frame = if at_base { "in the frame of the robot's base" } else { "in another frame than the positions" };
             let mut words = format!("the orientations taken {frame}");
             let mut name = "orientation_frame".to_owned();
@@ -245,8 +245,8 @@ impl Rows {
             let of: Vec<usize> = (0..seen.len()).filter(|&k| self.setup[k] == s).collect();
             let mut axes = Matrix3::<f64>::zeros();
             for pair in of.windows(2) {
-                let tool: Vector3<f64> = (seen[pair[0]].inverse() * seen[pair[1]]).scaled_axis();
-                let flange: Vector3<f64> = (self.flanges[pair[0]].inverse() * self.flanges[pair[1]]).scaled_axis();
+                let tool: Vector3<f64> = rotation_vector(&(seen[pair[0]].inverse() * seen[pair[1]]));
+                let flange: Vector3<f64> = rotation_vector(&(self.flanges[pair[0]].inverse() * self.flanges[pair[1]]));
                 axes += flange * tool.transpose();
             }
             if of.is_empty() {

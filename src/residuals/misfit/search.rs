@@ -12,7 +12,7 @@ use super::slip::{LENGTHS, Slip};
 use super::slip_words::{scaled, words_of_place};
 use super::starts::fit;
 use crate::measure::dataset::Dataset;
-use crate::robot::Pose;
+use crate::robot::{Pose, rotation_vector};
 use crate::units::DEG;
 
 /// Number of rows on which single slips are screened.
@@ -297,8 +297,9 @@ impl Search<'_> {
 
     /// Largest angle between a fitted base and the stated one, rad: the criterion between slips of equal residual.
     fn turned(&self, frames: &Frames) -> f64 {
-        let turn =
-            |(base, place): (&Pose, &super::campaign::Place)| (place.base.pose().rotation.inverse() * base.rotation).angle();
+        let turn = |(base, place): (&Pose, &super::campaign::Place)| {
+            rotation_vector(&(place.base.pose().rotation.inverse() * base.rotation)).norm()
+        };
         frames.bases.iter().zip(&self.some.places).map(turn).fold(0.0, f64::max)
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Rotation3, Vector3};
 
 use super::campaign::{Campaign, Reading, Seen, Shot};
-use crate::robot::{BUILT_IN, JointKind, Robot, built_in};
+use crate::robot::{BUILT_IN, JointKind, Robot, built_in, rotation_vector};
 use crate::units::DEG;
 
 /// One slip. Joints, axes and balls are counted from 0; numbers are those of the correction.
@@ -301,7 +301,7 @@ impl Slip {
                 places(&mut c, |p| p.z = -p.z);
                 // Seen in a mirror, a rotation turns the other way about the axes that lie in it.
                 let mirrored = |r: Rotation3<f64>| {
-                    let v = r.scaled_axis();
+                    let v = rotation_vector(&r);
                     Rotation3::new(Vector3::new(-v.x, -v.y, v.z))
                 };
                 c.shots.iter_mut().for_each(|s| s.turned = s.turned.as_deref().copied().map(mirrored).map(Arc::new));

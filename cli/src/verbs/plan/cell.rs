@@ -6,6 +6,7 @@ use calibench::files::{FileError, field_error, read_text};
 use calibench::measure::campaign::cell::{CELL_FORMAT, Cell, read_cell};
 use calibench::measure::dataset::Dataset;
 use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::rotation_vector;
 use calibench::units::{DEG, MM};
 use toml::Table;
 
@@ -79,7 +80,7 @@ fn difference(scenario: &Dataset, cell: &Dataset) -> Option<String> {
     for angle in [0.0, 0.7] {
         let tool = |d: &Dataset| world_from_tool(&d.robot, &d.base, &d.tool, &vec![angle; d.robot.joints()]);
         let step = tool(scenario).inv_mul(&tool(cell));
-        let (apart, turned) = (step.translation.vector.norm(), step.rotation.angle());
+        let (apart, turned) = (step.translation.vector.norm(), rotation_vector(&step.rotation).norm());
         if apart > SAME_PLACE || turned > SAME_TURN {
             return Some(format!("its tool is {:.1} mm and {:.2} deg away", apart / MM, turned / DEG));
         }

@@ -7,9 +7,9 @@ use calibench::identify::Model;
 use calibench::identify::calibration::Calibration;
 use calibench::measure::campaign::CampaignObserver;
 use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Orientation, Sample, SampleSet, ToolTarget};
-use calibench::robot::Robot;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::statics::Payload;
+use calibench::robot::{Robot, rotation_vector};
 use calibench::units::{DEG, MM, UM, URAD};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::{Streams, fnv1a};
@@ -143,7 +143,7 @@ fn oriented(mut dataset: Dataset) -> Dataset {
     dataset.noise.orientation = Some(ORIENTATION_NOISE);
     for sample in &mut dataset.samples {
         let nominal = world_from_tool(&dataset.robot, &dataset.base, &dataset.tool, &sample.q);
-        sample.orientation = Some(Orientation { rotation: nominal.rotation.scaled_axis(), sigma: None });
+        sample.orientation = Some(Orientation { rotation: rotation_vector(&nominal.rotation), sigma: None });
     }
     dataset
 }

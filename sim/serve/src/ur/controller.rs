@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use calibench::cell::Manipulator;
-use calibench::robot::{Pose, Robot};
+use calibench::robot::{Pose, Robot, rotation_vector};
 use calibench_wire::ur::{DataType, Datum, input_type, output_type};
 use nalgebra::{Rotation3, Translation3, Vector3};
 use tokio::task::{JoinHandle, spawn_local};
@@ -292,6 +292,6 @@ pub fn pose([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
 
 /// The six numbers of a pose.
 pub fn numbers(pose: &Pose) -> [f64; 6] {
-    let (place, turn) = (pose.translation.vector, pose.rotation.scaled_axis());
+    let (place, turn) = (pose.translation.vector, rotation_vector(&pose.rotation));
     [place.x, place.y, place.z, turn.x, turn.y, turn.z]
 }

@@ -3,8 +3,8 @@
 use super::Cell;
 use crate::cell::gauge::{CellGauge, PortError};
 use crate::cell::{Driver, DriverError, StopRequest};
-use crate::robot::FramePose;
 use crate::robot::kinematics::world_from_tool;
+use crate::robot::{FramePose, rotation_vector};
 
 impl Cell {
     /// Opens all three indicators.
@@ -38,6 +38,6 @@ impl Cell {
         let root_from_flange = robot.frames()?.root_from_flange();
         let modelled = world_from_tool(&self.dataset.robot, &FramePose::default(), &self.last_frame_from_flange, q);
         let between = modelled.inv_mul(&root_from_flange);
-        Ok((between.translation.vector.norm(), between.rotation.angle()))
+        Ok((between.translation.vector.norm(), rotation_vector(&between.rotation).norm()))
     }
 }
