@@ -9,8 +9,9 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 13] = [
-    ("src", &[]),
+const PACKAGES: [(&str, &[&str]); 14] = [
+    ("src", &["calibench_wire"]),
+    ("wire/src", &[]),
     ("programs/src", &["calibench"]),
     ("logs/src", &["calibench"]),
     ("discover/src", &["calibench"]),
@@ -18,7 +19,7 @@ const PACKAGES: [(&str, &[&str]); 13] = [
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
     ("sim/lab/src", &["calibench", "calibench_report", "calibench_sim"]),
-    ("sim/serve/src", &["calibench", "calibench_sim"]),
+    ("sim/serve/src", &["calibench", "calibench_wire", "calibench_sim"]),
     ("sim/mujoco/src", &["calibench", "calibench_sim"]),
     ("sim/view/src", &["calibench", "calibench_report"]),
     ("web/src", &["calibench", "calibench_report", "calibench_workbench", "calibench_sim"]),
@@ -26,6 +27,7 @@ const PACKAGES: [(&str, &[&str]); 13] = [
         "cli/src",
         &[
             "calibench",
+            "calibench_wire",
             "calibench_programs",
             "calibench_logs",
             "calibench_discover",

@@ -13,7 +13,7 @@ mod line;
 mod manner;
 #[cfg(unix)]
 mod pty;
-mod script;
+pub mod script;
 mod service;
 mod traffic;
 mod ur;

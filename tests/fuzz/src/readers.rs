@@ -29,9 +29,11 @@ use calibench::robot::urdf::{ChainEnds, UrdfRobot, calibrated_urdf, robot_from_u
 use calibench_lab::study::RowsReader;
 use calibench_logs::{StillOptions, read_logs, still_poses};
 use calibench_programs::{Permissions, Program, read_program, rewrite_programs};
+use calibench_serve::script::parse;
 use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
 use calibench_wire::kuka::{FrameReader, Value};
+use calibench_wire::ur::{PackageReader, StateMessageReader};
 use tempfile::TempDir;
 
 /// A reader, and the folder of its corpus.
@@ -66,6 +68,8 @@ pub const READERS: &[Reader] = &[
     Reader { name: "gauge_command", feed: gauge_command },
     Reader { name: "kuka_frame", feed: kuka_frame },
     Reader { name: "kuka_value", feed: kuka_value },
+    Reader { name: "ur_package", feed: ur_package },
+    Reader { name: "ur_script", feed: ur_script },
 ];
 
 /// A folder in memory where there is one: millions of files are written into it.
@@ -289,4 +293,25 @@ fn kuka_value(bytes: &[u8]) {
         let written = value.to_string();
         assert!(Value::parse(&written).is_ok(), "`{text}` is written `{written}`");
     }
+}
+
+/// Bytes from a controller or a client, in pieces; whole packages must encode to what was read.
+fn ur_package(bytes: &[u8]) {
+    let Some((piece, sent)) = bytes.split_first() else { return };
+    let (mut packages, mut states) = (PackageReader::default(), StateMessageReader::default());
+    for piece in sent.chunks(usize::from(*piece).max(1)) {
+        packages.push(piece);
+        while let Ok(Some(package)) = packages.next_package() {
+            let encoded = package.encode();
+            assert_eq!(encoded.len(), package.body.len() + 3);
+            black_box(package.words());
+        }
+        black_box(states.push(piece));
+    }
+}
+
+/// A program from anybody on the network.
+fn ur_script(bytes: &[u8]) {
+    let Ok(text) = str::from_utf8(bytes) else { return };
+    black_box(parse(text).is_ok());
 }
