@@ -4,11 +4,12 @@
 //! the controller's script interface, carries them out.
 
 mod driver;
+mod keys;
 mod link;
 mod robot;
 mod settings;
 
+pub(crate) use keys::UrKeys;
 pub use link::UrError;
 pub use robot::UrRobot;
-pub(crate) use settings::UrKeys;
 pub use settings::{UrMotion, UrPayload, UrSettings};

@@ -1,15 +1,13 @@
 //! The robot file: any chain of revolute and prismatic joints as TOML, format `calibench-robot/1`, in mm, deg and kg.
 
 mod link_entry;
-mod numbers;
 mod turned_round;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use self::link_entry::LinkEntry;
-use self::numbers::{Fault, metres, mm, written};
+use self::link_entry::{Fault, LinkEntry, metres, mm, written};
 use self::turned_round::turn_round;
 use super::guessed_masses::guess_masses;
 use super::sites::MOST_JOINTS;

@@ -279,7 +279,13 @@ fn files_in_use_are_accepted_by_both() {
         let text = fs::read_to_string(path).unwrap();
         judge.verdict(format, &text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     };
-    for path in ["docs/robots/iiwa14.robot.toml", "docs/robots/r2000ic.robot.toml", "tests/fuzz/corpus/robot_toml/two.toml"] {
+    for path in [
+        "docs/robots/iiwa14.robot.toml",
+        "docs/robots/r2000ic.robot.toml",
+        "scenarios/robots/ur5e.robot.toml",
+        "scenarios/robots/ur10e.robot.toml",
+        "tests/fuzz/corpus/robot_toml/two.toml",
+    ] {
         accept("robot", &repository().join(path));
     }
     for name in BUILT_IN {

@@ -27,14 +27,22 @@ pub fn keys(root: &Value) -> String {
                 }
                 plain => (plain, format!("`[{at}]`"), at),
             };
-            let Some(name) = inner["$ref"].as_str().and_then(|of| of.strip_prefix("#/$defs/")) else { continue };
-            let schema = &root["$defs"][name];
-            match tables.iter_mut().find(|table| table.name == name) {
-                Some(table) => table.headings.push(heading),
-                None if schema["properties"].is_object() => {
-                    tables.push(Table { name, path, headings: vec![heading], schema });
+            let Some(name) = named(inner) else { continue };
+            let kinds: Vec<&str> = root["$defs"][name]["anyOf"].as_array().into_iter().flatten().filter_map(named).collect();
+            for name in if kinds.is_empty() { vec![name] } else { kinds } {
+                let schema = &root["$defs"][name];
+                let heading = match &schema["properties"]["kind"]["const"] {
+                    Value::String(kind) => format!("{heading} with `kind = \"{kind}\"`"),
+                    _ => heading.clone(),
+                };
+                match tables.iter_mut().find(|table| table.name == name) {
+                    Some(table) if table.headings.contains(&heading) => {}
+                    Some(table) => table.headings.push(heading),
+                    None if schema["properties"].is_object() => {
+                        tables.push(Table { name, path: path.clone(), headings: vec![heading], schema });
+                    }
+                    None => {}
                 }
-                None => {}
             }
         }
         next += 1;
@@ -55,6 +63,11 @@ pub fn keys(root: &Value) -> String {
         }
     }
     page
+}
+
+/// The name of the schema that this one refers to.
+fn named(schema: &Value) -> Option<&str> {
+    schema["$ref"].as_str()?.strip_prefix("#/$defs/")
 }
 
 /// Entry for a key without a default.
@@ -92,12 +105,16 @@ fn rows(table: &Value, root: &Value) -> Vec<[String; 4]> {
 fn value_of(schema: &Value, root: &Value) -> String {
     let empty = Map::new();
     let keys = schema.as_object().unwrap_or(&empty);
-    if let Some(of) = keys.get("$ref").and_then(Value::as_str) {
-        let named = &root["$defs"][of.trim_start_matches("#/$defs/")];
-        return if named["properties"].is_object() { "table".into() } else { value_of(named, root) };
-    }
     if let Some(only) = keys.get("const") {
         return format!("`{only}`");
+    }
+    if let Some(of) = keys.get("$ref").and_then(Value::as_str) {
+        let named = &root["$defs"][of.trim_start_matches("#/$defs/")];
+        return if named["properties"].is_object() || named["anyOf"].is_array() {
+            "table".into()
+        } else {
+            value_of(named, root)
+        };
     }
     if let Some(Value::Array(all)) = keys.get("enum") {
         return all.iter().map(|one| format!("`{one}`")).collect::<Vec<_>>().join(", ");

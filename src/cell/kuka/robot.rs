@@ -30,7 +30,6 @@ pub struct KukaRobot {
 
 /// The tool was moved by somebody else if it is further than this from its commanded position, m and rad.
 const MOVED_BY_OTHERS: (f64, f64) = (0.5 * MM, 0.1 * DEG);
-
 /// Longest time for a cancelled motion to end.
 const BRAKING: Duration = Duration::from_secs(2);
 

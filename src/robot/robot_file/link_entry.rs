@@ -1,8 +1,8 @@
-//! A `[[link]]` of a robot file.
+//! A `[[link]]` of a robot file, and the numbers of all its tables.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::numbers::{Fault, metres, mm, written};
 use crate::robot::{JointKind, Link, MdhLink};
 use crate::units::{DEG, MM};
 
@@ -210,4 +210,20 @@ impl LinkEntry {
             JointKind::Prismatic => [("min_mm", self.min_mm), ("max_mm", self.max_mm)],
         }
     }
+}
+
+/// Key, problem and remedy.
+pub(super) type Fault = (String, &'static str, &'static str);
+
+pub(super) fn mm(v: &Vector3<f64>) -> [f64; 3] {
+    [v.x, v.y, v.z].map(|c| written(c / MM))
+}
+
+pub(super) fn metres(mm: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(*mm).map(|c| c * MM)
+}
+
+/// Numbers in files are rounded to 1e-9 mm and deg: below any significance, above conversion noise.
+pub(super) fn written(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9
 }

@@ -36,9 +36,9 @@ mod tests {
     use std::cell::{Cell, RefCell};
     use std::time::Duration;
 
-    use super::arguments::Arguments;
-    use super::parser::parse;
-    use super::value::Value;
+    use super::super::arguments::Arguments;
+    use super::super::parser::parse;
+    use super::super::value::Value;
     use super::*;
 
     /// Writes down what programs say.

@@ -195,7 +195,7 @@ mod tests {
         let error = parse("def f():\n if True:\n  x = 1\n end\n").err().unwrap();
         assert_eq!(error.to_string(), "line 5: expected `end`, found the end of the program");
         assert_eq!(line_of("x = 1\nend"), Some(2));
-        assert_eq!(line_of("x = 1 y = 2"), Some(1));
+        assert_eq!(line_of("x = 1 2"), Some(1));
         assert_eq!(line_of("\nbreak"), Some(2));
         assert_eq!(line_of("while True:\n def f():\n  break\n end\nend"), Some(3));
         assert_eq!(line_of("f(a=1, 2)"), Some(1));

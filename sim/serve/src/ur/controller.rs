@@ -8,13 +8,11 @@ use calibench::cell::Manipulator;
 use calibench::robot::{Pose, Robot, rotation_vector};
 use calibench_wire::ur::{DataType, Datum, input_type, output_type};
 use nalgebra::{Rotation3, Translation3, Vector3};
-use tokio::task::{JoinHandle, spawn_local};
+use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
-use super::functions::Functions;
 use crate::arm::{Arm, NotThere};
 use crate::floor::Floor;
-use crate::script::{parse, run};
 
 /// Values of `robot_mode`.
 const POWER_OFF: i64 = 3;
@@ -211,37 +209,23 @@ impl Controller {
         self.messages.borrow().get(first..).unwrap_or_default().to_vec()
     }
 
-    /// Starts a program in place of the one that runs. A controller in local control, or whose arm may not move, does not.
-    pub fn start(self: &Rc<Self>, text: &str) {
-        if !self.is_remote || self.robot_mode.get() != RUNNING || self.safety.get() != NORMAL {
-            return;
-        }
-        let program = match parse(text) {
-            Ok(program) => Rc::new(program),
-            Err(error) => return self.say(format!("syntax error: {error}")),
-        };
-        let controller = Rc::clone(self);
-        if program.is_secondary() {
-            // It runs beside the program, and may not move the arm.
-            let functions = Rc::new(Functions { controller: Rc::clone(self), moves: false });
-            spawn_local(async move {
-                if let Err(trouble) = run(program, functions).await {
-                    controller.say(trouble.to_string());
-                }
-            });
-            return;
-        }
+    /// True if it takes a program now: in remote control, and if the arm may move.
+    pub fn takes_programs(&self) -> bool {
+        self.is_remote && self.robot_mode.get() == RUNNING && self.safety.get() == NORMAL
+    }
+
+    /// Notes that a program of this name runs as this task, in place of the one before.
+    pub fn play(&self, name: &str, program: JoinHandle<()>) {
         self.stop_program();
-        *self.name.borrow_mut() = program.name().to_owned();
+        name.clone_into(&mut self.name.borrow_mut());
         self.is_in_freedrive.set(false);
+        *self.program.borrow_mut() = Some(program);
         self.runtime.set(PLAYING);
-        let functions = Rc::new(Functions { controller: Rc::clone(self), moves: true });
-        *self.program.borrow_mut() = Some(spawn_local(async move {
-            if let Err(trouble) = run(program, functions).await {
-                controller.say(trouble.to_string());
-            }
-            controller.runtime.set(STOPPED);
-        }));
+    }
+
+    /// Notes that the program that ran has ended.
+    pub fn note_end(&self) {
+        self.runtime.set(STOPPED);
     }
 
     /// Stops the program that runs, and its motion.

@@ -12,7 +12,8 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::Controller;
 use super::controller::numbers;
-use crate::script::MAX_TEXT;
+use super::functions::Functions;
+use crate::script::{MAX_TEXT, parse, run};
 
 /// Time between two messages with the robot's state.
 const STATE_EVERY: Duration = Duration::from_millis(100);
@@ -58,11 +59,36 @@ async fn serve(mut stream: TcpStream, controller: &Rc<Controller>, sends_state: 
         text.extend_from_slice(&buffer[..length]);
         if let Some(end) = end_of_program(&text) {
             let program: Vec<u8> = text.drain(..end).collect();
-            controller.start(&String::from_utf8_lossy(&program));
+            start(controller, &String::from_utf8_lossy(&program));
         }
         if text.len() > MAX_TEXT {
             return Ok(());
         }
+    }
+}
+
+/// Starts a program in place of the one that runs; a secondary one beside it. A controller that takes no programs drops it.
+fn start(controller: &Rc<Controller>, text: &str) {
+    if !controller.takes_programs() {
+        return;
+    }
+    let program = match parse(text) {
+        Ok(program) => Rc::new(program),
+        Err(error) => return controller.say(format!("syntax error: {error}")),
+    };
+    let is_secondary = program.is_secondary();
+    let functions = Rc::new(Functions { controller: Rc::clone(controller), moves: !is_secondary });
+    let (theirs, name) = (Rc::clone(controller), program.name().to_owned());
+    let task = spawn_local(async move {
+        if let Err(trouble) = run(program, functions).await {
+            theirs.say(trouble.to_string());
+        }
+        if !is_secondary {
+            theirs.note_end();
+        }
+    });
+    if !is_secondary {
+        controller.play(&name, task);
     }
 }
 
