@@ -15,7 +15,7 @@ use crate::units::{DEG, MM};
 #[non_exhaustive]
 pub enum RobotSettings {
     /// `kind = "kuka"`: a KUKA robot behind a variable server.
-    Kuka(KukaSettings),
+    Kuka(Box<KukaSettings>),
     /// `kind = "ur"`: a Universal Robot behind RTDE.
     Ur(UrSettings),
 }
@@ -28,7 +28,7 @@ impl RobotSettings {
     pub fn connect(&self, stop: StopRequest) -> Result<Box<dyn Driver>, DriverError> {
         match self {
             RobotSettings::Kuka(settings) => {
-                Ok(Box::new(KukaRobot::connect(settings.clone(), stop).map_err(DriverError::new)?))
+                Ok(Box::new(KukaRobot::connect((**settings).clone(), stop).map_err(DriverError::new)?))
             }
             RobotSettings::Ur(settings) => Ok(Box::new(UrRobot::connect(settings.clone(), stop).map_err(DriverError::new)?)),
         }

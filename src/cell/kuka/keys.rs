@@ -69,7 +69,7 @@ impl RobotKeys for KukaKeys {
                 return Err(reading.wrong(&format!("robot.variables.{key}"), problem, "name one of the controller's"));
             }
         }
-        Ok(RobotSettings::Kuka(KukaSettings {
+        Ok(RobotSettings::Kuka(Box::new(KukaSettings {
             address: self.address.clone(),
             joints,
             program: self.program,
@@ -77,6 +77,6 @@ impl RobotKeys for KukaKeys {
             actions: self.actions.clone(),
             fitness: self.fitness.clone(),
             patience: self.patience.patience(reading)?,
-        }))
+        })))
     }
 }

@@ -73,7 +73,7 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
 #[allow(dead_code)] // only its schema is used
 enum AnyRobot {
     /// A KUKA robot.
-    Kuka(KukaKeys),
+    Kuka(Box<KukaKeys>),
     /// A Universal Robot.
     Ur(UrKeys),
 }
