@@ -152,7 +152,7 @@ impl Connection {
     fn set_outputs(&mut self, body: &[u8]) -> Vec<u8> {
         let mut names = body;
         let frequency = Datum::decode(DataType::Double, &mut names).map_or(f64::NAN, |frequency| frequency.real());
-        if frequency >= FREQUENCIES[0] && frequency <= FREQUENCIES[1] {
+        if (FREQUENCIES[0]..=FREQUENCIES[1]).contains(&frequency) {
             self.recipes.frequency = frequency;
         }
         let names = names_in(names);
