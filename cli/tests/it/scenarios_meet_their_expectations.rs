@@ -63,6 +63,8 @@ scenarios! {
     blind_suite_mixed: "blind-suite-mixed",
     blind_third_harmonic: "blind-third-harmonic",
     cluttered: "cluttered",
+    ur5e_trical: "ur5e-trical",
+    ur10e_trical: "ur10e-trical",
     compliance_missing: "compliance-missing",
     design_artifact: "design-artifact",
     design_fourth_ball: "design-fourth-ball",

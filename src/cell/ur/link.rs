@@ -145,6 +145,12 @@ impl Link {
         self.patiently(|client| client.write(group as usize, values))
     }
 
+    /// Re-establishes nothing from now on.
+    pub fn wait_no_longer(&mut self) {
+        self.settings.patience.reconnects = 0;
+        self.settings.patience.connect = BREATH;
+    }
+
     /// Drops the connection, without a new one.
     pub fn close(&mut self) {
         self.before = self.traffic();

@@ -126,6 +126,8 @@ impl UrRobot {
                 }
             }
         }
+        // A cancellation of an earlier session must not meet an order of the same number.
+        self.link.write(Group::Cancel, &[Datum::Integers(vec![0])])?;
         self.order = self.link.state()?.integer("output_int_register_24");
         self.is_started = true;
         Ok(())
@@ -246,7 +248,7 @@ impl Drop for UrRobot {
         if !self.is_started {
             return;
         }
-        self.settings.patience.reconnects = 0;
+        self.link.wait_no_longer();
         let is_idle = |seen: &Seen| is_playing(seen) && seen.integer("output_int_register_24") == self.order;
         if self.link.state().is_ok_and(|seen| is_idle(&seen) && !is_under_way(&seen)) {
             let mut values = vec![Datum::Integers(vec![Action::End.number()])];
