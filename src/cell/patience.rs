@@ -1,10 +1,10 @@
 //! How long the driver of a robot waits.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-use super::CellReading;
+use super::{CellReading, ManipulatorError, StopRequest};
 use crate::files::FileError;
 
 /// Timeouts and intervals.
@@ -22,6 +22,21 @@ pub struct Patience {
     pub settle: Duration,
     /// Number of attempts to re-establish a lost connection.
     pub reconnects: usize,
+}
+
+impl Patience {
+    /// The error with which a motion that began at this instant is to be broken off, if it is: the operator stops it, or it takes
+    /// too long.
+    pub(super) fn break_off(&self, stop: &StopRequest, began: Instant) -> Option<ManipulatorError> {
+        if stop.is_made() {
+            return Some(ManipulatorError::Stopped { reason: "stopped by the operator".into() });
+        }
+        (began.elapsed() > self.motion).then(|| {
+            let seconds = self.motion.as_secs_f64();
+            let reason = format!("a motion did not end within {seconds:.0} s and was broken off");
+            ManipulatorError::Stopped { reason }
+        })
+    }
 }
 
 impl Default for Patience {

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use calibench_wire::kuka::{Structure, Value, Verdict};
+use calibench_wire::next_order;
 use nalgebra::{Translation3, Vector3};
 
 use super::link::{Link, LinkError};
@@ -30,6 +31,7 @@ pub struct KukaRobot {
 
 /// The tool was moved by somebody else if it is further than this from its commanded position, m and rad.
 const MOVED_BY_OTHERS: (f64, f64) = (0.5 * MM, 0.1 * DEG);
+
 /// Longest time for a cancelled motion to end.
 const BRAKING: Duration = Duration::from_secs(2);
 
@@ -287,14 +289,9 @@ impl KukaRobot {
             if let Some(reason) = self.unfit(&state).filter(|_| state.action != 0) {
                 return Err(ManipulatorError::Stopped { reason });
             }
-            if self.stop.is_made() {
+            if let Some(error) = self.settings.patience.break_off(&self.stop, began) {
                 self.cancel()?;
-                return Err(stopped("stopped by the operator"));
-            }
-            if began.elapsed() > self.settings.patience.motion {
-                self.cancel()?;
-                let seconds = self.settings.patience.motion.as_secs_f64();
-                return Err(stopped(&format!("a motion did not end within {seconds:.0} s and was broken off")));
+                return Err(error);
             }
             std::thread::sleep(self.settings.patience.poll);
         }
@@ -384,11 +381,6 @@ impl Manipulator for KukaRobot {
         let name = self.settings.variables.commanded.clone();
         if name.is_empty() { None } else { self.joints_in(&name).ok() }
     }
-}
-
-/// Next order number: it fits an INT of KRL and is never 0, the program's value before its first order.
-fn next_order(last: i64) -> i64 {
-    if (0..i64::from(i32::MAX)).contains(&last) { last + 1 } else { 1 }
 }
 
 fn stopped(reason: &str) -> ManipulatorError {

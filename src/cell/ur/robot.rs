@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use calibench_wire::next_order;
 use calibench_wire::ur::{Action, Datum, Outcome, PROGRAM_TOKEN, Seen, robot_mode, runtime_state, safety_status};
 use nalgebra::{Rotation3, Translation3, Vector3};
 
@@ -186,14 +187,9 @@ impl UrRobot {
                 return self.verdict(&seen);
             }
             self.may_move(&seen)?;
-            if self.stop.is_made() {
+            if let Some(error) = self.settings.patience.break_off(&self.stop, began) {
                 self.cancel()?;
-                return Err(stopped("stopped by the operator"));
-            }
-            if began.elapsed() > self.settings.patience.motion {
-                self.cancel()?;
-                let seconds = self.settings.patience.motion.as_secs_f64();
-                return Err(stopped(&format!("a motion did not end within {seconds:.0} s and was broken off")));
+                return Err(error);
             }
             std::thread::sleep(self.settings.patience.poll);
         }
@@ -315,11 +311,6 @@ pub(super) fn pose_of([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
 pub(super) fn numbers_of(pose: &Pose) -> [f64; 6] {
     let (place, turn) = (pose.translation.vector, rotation_vector(&pose.rotation));
     [place.x, place.y, place.z, turn.x, turn.y, turn.z]
-}
-
-/// Next order number: it fits an INT32 and is never 0, the register's value before the first order.
-fn next_order(last: i64) -> i64 {
-    if (0..i64::from(i32::MAX)).contains(&last) { last + 1 } else { 1 }
 }
 
 fn stopped(reason: &str) -> ManipulatorError {
