@@ -214,6 +214,9 @@ fn the_simulated_robot() {
     let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     for file in std::fs::read_dir(scenarios).expect("there are scenarios") {
         let file = file.expect("readable");
+        if file.path().is_dir() {
+            continue;
+        }
         std::fs::copy(file.path(), folder.path().join("scenarios").join(file.file_name())).expect("writable");
     }
     for (name, commands) in RIPPLE {
