@@ -12,6 +12,7 @@ use calibench_sim::scenario::{Document, PlantKind, load_scenario};
 fn scenarios() -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|f| f.is_file());
     files.retain(|f| {
         let text = std::fs::read_to_string(f).unwrap();
         text.contains("\nformat =") && !text.contains("\n[suite]")
