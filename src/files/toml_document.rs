@@ -144,9 +144,10 @@ fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&D
         let expected = message.rsplit_once("expected ").map_or("another kind of value", |(_, e)| e);
         let expected = match expected {
             "f64" => "a number",
-            "usize" | "u64" | "u32" => "a whole number, not negative",
+            "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number, not negative",
             "i64" | "i32" => "a whole number",
             "any valid TOML value" => "a whole number below 2^63",
+            table if table.starts_with("struct ") => "a table",
             other => other,
         };
         (message.to_owned(), format!("give {expected}"))

@@ -3,8 +3,11 @@
 //! [`crate::every_fault_of_a_cell_is_survived_or_named`].
 #![cfg(unix)]
 
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::process::Output;
 use std::sync::{Mutex, MutexGuard, OnceLock};
+use std::time::Duration;
 
 use calibench_wire::ur::{ClientError, Datum};
 
@@ -115,7 +118,7 @@ fn it_is_in_local_control() {
     bench.write_cell(&served, "", "", "");
     let output = bench.measured("local", &["--mastered"]);
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
-    let message = "its controller is in local control and takes no program; switch it to remote control";
+    let message = "its controller is in local control and takes no program: switch it to remote control";
     assert!(said(&output).contains(message), "{}", said(&output));
 }
 
@@ -143,14 +146,13 @@ fn is_measured(bench: &Bench, name: &str) {
 
 #[test]
 fn another_program_runs() {
-    use std::io::Write;
     let bench = bench();
     let mut served = bench.serve(&[]);
     served.tell("ball out");
     bench.write_cell(&served, "", "", "");
     let (host, port) = served.robot();
     // The secondary interface.
-    let mut other = std::net::TcpStream::connect((host, port - 2)).unwrap();
+    let mut other = TcpStream::connect((host, port - 2)).unwrap();
     other.write_all(b"def somebody_elses():\n  while True:\n    sync()\n  end\nend\n").unwrap();
     let mut client = served.rtde(&[]).unwrap();
     while client.fresh().unwrap().integer("runtime_state") != 2 {}
@@ -172,4 +174,71 @@ fn a_stale_order_is_not_carried_out() {
     drop(client);
     is_measured(&bench, "stale");
     assert!(!served.interrupt().contains("COLLISION"));
+}
+
+/// A network in front of the controller that holds everything sent to RTDE for this long after so many pieces.
+fn stalling_network(robot: (String, u16), after: usize, stall: Duration) -> u16 {
+    let bind = |port: u16| TcpListener::bind(("127.0.0.1", port));
+    let (rtde, secondary) = loop {
+        let rtde = bind(0).unwrap();
+        if let Ok(secondary) = bind(rtde.local_addr().unwrap().port() - 2) {
+            break (rtde, secondary);
+        }
+    };
+    let port = rtde.local_addr().unwrap().port();
+    let copy = move |mut from: TcpStream, mut to: TcpStream, stalls: bool| {
+        let mut buffer = [0; 4096];
+        for piece in 1.. {
+            let Ok(length @ 1..) = from.read(&mut buffer) else { return };
+            if stalls && piece == after {
+                std::thread::sleep(stall);
+            }
+            if to.write_all(&buffer[..length]).is_err() {
+                return;
+            }
+        }
+    };
+    for (listener, port, stalls) in [(rtde, robot.1, true), (secondary, robot.1 - 2, false)] {
+        let host = robot.0.clone();
+        std::thread::spawn(move || {
+            for client in listener.incoming().map_while(Result::ok) {
+                let server = TcpStream::connect((host.as_str(), port)).unwrap();
+                let both = (client.try_clone().unwrap(), server.try_clone().unwrap());
+                std::thread::spawn(move || copy(both.0, server, stalls));
+                std::thread::spawn(move || copy(both.1, client, false));
+            }
+        });
+    }
+    port
+}
+
+/// What was sent before the stall arrives after it: an order that the driver has given up must not move the arm then.
+#[test]
+fn the_network_stalls() {
+    let bench = bench();
+    let mut interrupted = 0;
+    for after in [60, 61, 62, 63] {
+        let mut served = bench.serve(&[]);
+        served.tell("ball out");
+        let port = stalling_network(served.robot(), after, Duration::from_millis(2_500));
+        let cell = bench.write_cell(&served, "", "", "");
+        let text = std::fs::read_to_string(&cell).unwrap();
+        std::fs::write(&cell, text.replace(&served.robot, &format!("127.0.0.1:{port}"))).unwrap();
+        let name = format!("stalled{after}");
+        let output = bench.measured(&name, &["--mastered"]);
+        assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+        let unshown = said(&output).contains("does not show the target that it was sent");
+        let unconfirmed = said(&output).contains("whether it was taken is not known");
+        assert!(said(&output).contains("the robot is lost") && (unshown || unconfirmed), "{}", said(&output));
+        let stands = served.joints();
+        std::thread::sleep(Duration::from_secs(3));
+        let moved = stands.iter().zip(served.joints()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The encoders' resolution.
+        assert!(moved < 1e-5, "{moved} rad after the campaign had ended: {}", said(&output));
+        interrupted += usize::from(unconfirmed);
+        bench.write_cell(&served, "", "", "");
+        let again = bench.measured(&name, &["--mastered", "--resume"]);
+        assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+    }
+    println!("{interrupted} of 4 stalls held an order, the others a target");
 }

@@ -64,8 +64,6 @@ scenarios! {
     blind_suite_mixed: "blind-suite-mixed",
     blind_third_harmonic: "blind-third-harmonic",
     cluttered: "cluttered",
-    ur5e_trical: "ur5e-trical",
-    ur10e_trical: "ur10e-trical",
     compliance_missing: "compliance-missing",
     design_artifact: "design-artifact",
     design_fourth_ball: "design-fourth-ball",
@@ -92,6 +90,8 @@ scenarios! {
     table8: "table8",
     table8_printed: "table8-printed",
     tilted_pedestal: "tilted-pedestal",
+    ur10e_trical: "ur10e-trical",
+    ur5e_trical: "ur5e-trical",
     wandering_base: "wandering-base",
     warm_robot: "warm-robot",
 }

@@ -15,6 +15,9 @@ use tokio::time::{Instant, sleep_until};
 use super::fault::Fault;
 use super::floor::Floor;
 
+/// Shortest motion, s at full speed: what a controller needs to begin and end one.
+const SHORTEST_S: f64 = 0.05;
+
 /// Factor on the duration of a slow motion.
 const SLOW: f64 = 10.0;
 
@@ -86,6 +89,14 @@ impl Arm {
         self.on_the_way().or_else(|| self.floor.world.robot().joints().ok()).unwrap_or_else(|| self.floor.world.commanded())
     }
 
+    /// Speeds of the joints at this moment, rad/s of the wall clock.
+    pub fn speeds(&self) -> Vec<f64> {
+        let underway = self.underway.borrow();
+        let Some(Underway { from, to, takes, .. }) = underway.as_ref() else { return vec![0.0; self.robot.joints()] };
+        let takes_s = takes.as_secs_f64().max(f64::MIN_POSITIVE);
+        from.iter().zip(to).map(|(from, to)| (to - from) / takes_s).collect()
+    }
+
     /// True while a motion is in progress.
     pub fn is_moving(&self) -> bool {
         self.underway.borrow().is_some()
@@ -146,7 +157,10 @@ impl Arm {
         ];
         let event = half_way.map(|(fault, event)| strikes(fault).then_some(event)).into_iter().flatten().next();
         let to = if event.is_some() { from.iter().zip(&target).map(|(from, to)| 0.5 * (from + to)).collect() } else { target };
-        let duration_s = floor.world.motion_s(&to) / speed.clamp(0.01, 1.0) * if strikes(Fault::Slow) { SLOW } else { 1.0 };
+        // Without the time in which the plant settles: clients wait for that themselves.
+        let settling_s = floor.world.motion_s(&from);
+        let moving_s = (floor.world.motion_s(&to) - settling_s).max(SHORTEST_S);
+        let duration_s = moving_s / speed.clamp(0.01, 1.0) * if strikes(Fault::Slow) { SLOW } else { 1.0 };
         let (began, takes) = (Instant::now(), floor.wall(duration_s));
         let motion = Motion(self);
         *self.underway.borrow_mut() = Some(Underway { from, to: to.clone(), straight, began, takes });

@@ -17,11 +17,13 @@ impl Driver for UrRobot {
         let runs = self.runs().map_err(DriverError::new)?;
         let seen = self.link.state().map_err(DriverError::new)?;
         let program = runtime_state(seen.integer("runtime_state"));
-        let is_playing = program == runtime_state(2);
         let safety = seen.integer("safety_status");
-        let other = "another program runs on its controller: stop it on the pendant";
+        let unfit = match Self::unfit(&seen) {
+            None if !runs => self.unfit_to_start(&seen),
+            unfit => unfit,
+        };
         Ok(ControllerState {
-            unfit: Self::unfit(&seen).or_else(|| (is_playing && !runs).then(|| other.into())),
+            unfit,
             pending: (runs && is_under_way(&seen)).then(|| {
                 let order = seen.integer("input_int_register_24");
                 format!("order {order} is not done; stop the program on the pendant")

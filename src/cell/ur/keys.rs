@@ -103,16 +103,26 @@ impl RobotKeys for UrKeys {
         }
         reading.address("robot.address", &self.address)?;
         let payload = self.payload.as_ref().map(|keys| keys.payload(reading)).transpose()?;
-        let positive = |key: &str, value: f64| reading.positive(&format!("robot.motion.{key}"), value);
+        let within = |key: &str, value: f64, [least, most]: [f64; 2]| {
+            let key = format!("robot.motion.{key}");
+            if (least..=most).contains(&value) {
+                return Ok(value);
+            }
+            Err(reading.wrong(
+                &key,
+                format!("{value} is not what a Universal Robot moves at"),
+                &format!("give {least} to {most}"),
+            ))
+        };
         let keys = &self.motion;
         Ok(RobotSettings::Ur(UrSettings {
             address: self.address.clone(),
             payload,
             motion: UrMotion {
-                joint_speed: positive("joint_speed_deg_s", keys.joint_speed_deg_s)? * DEG,
-                joint_acceleration: positive("joint_acceleration_deg_s2", keys.joint_acceleration_deg_s2)? * DEG,
-                line_speed: positive("line_speed_mm_s", keys.line_speed_mm_s)? * MM,
-                line_acceleration: positive("line_acceleration_mm_s2", keys.line_acceleration_mm_s2)? * MM,
+                joint_speed: within("joint_speed_deg_s", keys.joint_speed_deg_s, [0.1, 360.0])? * DEG,
+                joint_acceleration: within("joint_acceleration_deg_s2", keys.joint_acceleration_deg_s2, [1.0, 2300.0])? * DEG,
+                line_speed: within("line_speed_mm_s", keys.line_speed_mm_s, [0.1, 5000.0])? * MM,
+                line_acceleration: within("line_acceleration_mm_s2", keys.line_acceleration_mm_s2, [1.0, 150_000.0])? * MM,
             },
             patience: self.patience.patience(reading)?,
         }))

@@ -68,26 +68,28 @@ pub(super) enum Group {
     Speed,
 }
 
+/// The registers of a target: its six numbers, acceleration and speed.
+pub(super) const TARGET: [&str; 8] = [
+    "input_double_register_24",
+    "input_double_register_25",
+    "input_double_register_26",
+    "input_double_register_27",
+    "input_double_register_28",
+    "input_double_register_29",
+    "input_double_register_30",
+    "input_double_register_31",
+];
+
 /// The inputs of each group, in the order of [`Group`].
 const INPUTS: [&[&str]; 4] = [
-    &[
-        "input_int_register_25",
-        "input_double_register_24",
-        "input_double_register_25",
-        "input_double_register_26",
-        "input_double_register_27",
-        "input_double_register_28",
-        "input_double_register_29",
-        "input_double_register_30",
-        "input_double_register_31",
-    ],
+    &["input_int_register_25", TARGET[0], TARGET[1], TARGET[2], TARGET[3], TARGET[4], TARGET[5], TARGET[6], TARGET[7]],
     &["input_int_register_24"],
     &["input_int_register_26"],
     &["speed_slider_mask", "speed_slider_fraction"],
 ];
 
 /// The outputs that the driver reads.
-const OUTPUTS: [&str; 16] = [
+const OUTPUTS: [&str; 25] = [
     "actual_q",
     "target_q",
     "actual_TCP_pose",
@@ -100,6 +102,15 @@ const OUTPUTS: [&str; 16] = [
     "payload",
     "joint_temperatures",
     "input_int_register_24",
+    "input_int_register_25",
+    TARGET[0],
+    TARGET[1],
+    TARGET[2],
+    TARGET[3],
+    TARGET[4],
+    TARGET[5],
+    TARGET[6],
+    TARGET[7],
     "output_int_register_24",
     "output_int_register_25",
     "output_int_register_26",
@@ -114,12 +125,13 @@ pub(super) struct Link {
     settings: UrSettings,
     client: Option<Client>,
     before: Traffic,
+    connections: usize,
 }
 
 impl Link {
     /// Connects.
     pub fn open(settings: &UrSettings) -> Result<Self, UrError> {
-        let mut link = Link { settings: settings.clone(), client: None, before: Traffic::default() };
+        let mut link = Link { settings: settings.clone(), client: None, before: Traffic::default(), connections: 0 };
         link.client()?;
         Ok(link)
     }
@@ -128,6 +140,11 @@ impl Link {
     pub fn traffic(&self) -> Traffic {
         let [sent, received] = self.client.as_ref().map(Client::bytes).unwrap_or_default();
         Traffic { sent: self.before.sent + sent, received: self.before.received + received }
+    }
+
+    /// Number of connections tried so far.
+    pub fn connections(&self) -> usize {
+        self.connections
     }
 
     /// The last message in words that the controller sent, if any.
@@ -179,7 +196,10 @@ impl Link {
     fn client(&mut self) -> Result<&mut Client, UrError> {
         let client = match self.client.take() {
             Some(client) => client,
-            None => self.connect()?,
+            None => {
+                self.connections += 1;
+                self.connect()?
+            }
         };
         Ok(self.client.insert(client))
     }

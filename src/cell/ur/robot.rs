@@ -6,7 +6,7 @@ use calibench_wire::next_order;
 use calibench_wire::ur::{Action, Datum, Outcome, PROGRAM_TOKEN, Seen, robot_mode, runtime_state, safety_status};
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use super::link::{Group, Link};
+use super::link::{Group, Link, TARGET};
 use super::{UrError, UrSettings};
 use crate::cell::{Manipulator, ManipulatorError, StopRequest};
 use crate::robot::{Pose, rotation_vector};
@@ -29,6 +29,8 @@ pub struct UrRobot {
 const RUNNING: i64 = 7;
 /// `runtime_state` of a program that runs.
 const PLAYING: i64 = 2;
+/// `runtime_state` of a controller whose program has ended.
+const STOPPED: i64 = 1;
 /// Values of `safety_status` in which the arm may move: normal and reduced.
 const SAFE: [i64; 2] = [1, 2];
 /// Values of `safety_status` with an emergency stop: of the system, of the robot.
@@ -61,8 +63,10 @@ impl UrRobot {
             return Some("the emergency stop is pressed".into());
         }
         if !SAFE.contains(&safety) {
-            let remedy = "remove its cause, and release it on the pendant";
-            return Some(format!("its safety state is '{}': {remedy}", safety_status(safety)));
+            let named = safety_status(safety);
+            let is_known = !named.starts_with("mode ");
+            let remedy = if is_known { "remove its cause, and release it on the pendant" } else { "see the pendant" };
+            return Some(format!("its safety state is '{named}': {remedy}"));
         }
         if seen.integer("robot_status_bits") & FREEDRIVE != 0 {
             return Some("it is in freedrive: release the button".into());
@@ -108,6 +112,17 @@ impl UrRobot {
         }
     }
 
+    /// Reason why the program cannot be started, if it does not run already.
+    pub(super) fn unfit_to_start(&mut self, seen: &Seen) -> Option<String> {
+        match seen.integer("runtime_state") {
+            PLAYING => return Some("another program runs on its controller: stop it on the pendant".into()),
+            STOPPED => {}
+            other => return Some(format!("its program is {}: stop it on the pendant", runtime_state(other))),
+        }
+        let local = "its controller is in local control and takes no program: switch it to remote control";
+        self.link.is_in_local_control().then(|| local.into())
+    }
+
     /// Starts the program unless it runs.
     pub(super) fn start_program(&mut self) -> Result<(), ManipulatorError> {
         let seen = self.link.state()?;
@@ -115,15 +130,16 @@ impl UrRobot {
             return Err(ManipulatorError::Stopped { reason });
         }
         if !self.runs()? {
-            if is_playing(&seen) {
-                let reason = "another program runs on its controller; stop it on the pendant".into();
+            if let Some(reason) = self.unfit_to_start(&seen) {
                 return Err(ManipulatorError::Refused { reason });
             }
             self.link.send_program()?;
             let began = Instant::now();
             while !self.runs()? {
                 if began.elapsed() > STARTING {
-                    return Err(ManipulatorError::Refused { reason: self.why_not_started() });
+                    let message = self.link.message().map(|words| format!(" (\"{words}\")")).unwrap_or_default();
+                    let reason = format!("its controller does not start the program{message}; see the log on the pendant");
+                    return Err(ManipulatorError::Refused { reason });
                 }
             }
         }
@@ -132,14 +148,6 @@ impl UrRobot {
         self.order = self.link.state()?.integer("output_int_register_24");
         self.is_started = true;
         Ok(())
-    }
-
-    fn why_not_started(&mut self) -> String {
-        if self.link.is_in_local_control() {
-            return "its controller is in local control and takes no program; switch it to remote control".into();
-        }
-        let message = self.link.message().map(|words| format!(" (\"{words}\")")).unwrap_or_default();
-        format!("its controller does not start the program{message}; see the log on the pendant")
     }
 
     /// Has the program carry out an order, and waits until it has ended.
@@ -155,26 +163,49 @@ impl UrRobot {
             _ => (motion.joint_acceleration, motion.joint_speed),
         };
         self.order = next_order(self.order);
-        let mut values = vec![Datum::Integers(vec![action.number()])];
-        values.extend(target.into_iter().chain([acceleration, speed]).map(|value| Datum::Reals(vec![value])));
-        self.link.write(Group::Target, &values)?;
-        // The target must have arrived before the order that uses it.
-        self.link.state()?;
+        let [a, b, c, d, e, f] = target;
+        self.write_target(action, &[a, b, c, d, e, f, acceleration, speed])?;
         self.give_order()?;
         self.wait_until_done()
     }
 
-    /// Writes the number of the order until the controller has it. The program knows an order that it has seen.
-    fn give_order(&mut self) -> Result<(), ManipulatorError> {
-        let began = Instant::now();
+    /// Writes the target until the controller shows it. No order is given with another one.
+    fn write_target(&mut self, action: Action, numbers: &[f64; 8]) -> Result<(), ManipulatorError> {
+        let mut values = vec![Datum::Integers(vec![action.number()])];
+        values.extend(numbers.iter().map(|value| Datum::Reals(vec![*value])));
+        let mut deadline = Deadline::new(&self.link);
         loop {
-            self.link.write(Group::Order, &[Datum::Integers(vec![self.order])])?;
-            if self.link.state()?.integer("input_int_register_24") == self.order {
+            self.link.write(Group::Target, &values)?;
+            let seen = self.link.state()?;
+            let shown = TARGET.iter().map(|name| seen.real(name));
+            if seen.integer("input_int_register_25") == action.number() && shown.eq(numbers.iter().copied()) {
                 return Ok(());
             }
-            if began.elapsed() > self.settings.patience.answer {
-                let reason = "its controller does not take the number of an order; does another client write it?".into();
-                return Err(ManipulatorError::Refused { reason });
+            if deadline.is_over(&self.link, self.settings.patience.answer) {
+                let detail = "its controller does not show the target that it was sent: the network stalls, or another client writes it; no motion was ordered".into();
+                return Err(ManipulatorError::Lost { detail });
+            }
+        }
+    }
+
+    /// Writes the number of the order until the controller shows it. The program knows an order that it has seen. One that is not
+    /// shown in time may still arrive: it is withdrawn, and what becomes of it is not known.
+    fn give_order(&mut self) -> Result<(), ManipulatorError> {
+        let mut deadline = Deadline::new(&self.link);
+        loop {
+            self.link.write(Group::Order, &[Datum::Integers(vec![self.order])])?;
+            let shown = self.link.state();
+            if shown.as_ref().is_ok_and(|seen| seen.integer("input_int_register_24") == self.order) {
+                return Ok(());
+            }
+            if shown.is_err() || deadline.is_over(&self.link, self.settings.patience.answer) {
+                // It follows the order on the same connection, and stops it at its beginning.
+                let withdrawn = self.link.write(Group::Cancel, &[Datum::Integers(vec![self.order])]);
+                let how = if withdrawn.is_ok() { "it was withdrawn, but " } else { "" };
+                let detail = format!(
+                    "its controller does not confirm an order in time, as when the network stalls: {how}whether it was taken is not known"
+                );
+                return Err(ManipulatorError::Lost { detail });
             }
         }
     }
@@ -235,6 +266,25 @@ impl UrRobot {
             }
         }
         Ok(self.link.write(Group::Speed, &[Datum::Integers(vec![1]), Datum::Reals(vec![0.0])])?)
+    }
+}
+
+/// The time in which something must have been heard, counted anew on every connection.
+struct Deadline {
+    since: Instant,
+    connections: usize,
+}
+
+impl Deadline {
+    fn new(link: &Link) -> Self {
+        Deadline { since: Instant::now(), connections: link.connections() }
+    }
+
+    fn is_over(&mut self, link: &Link, allowed: Duration) -> bool {
+        if self.connections != link.connections() {
+            *self = Deadline::new(link);
+        }
+        self.since.elapsed() > allowed
     }
 }
 

@@ -42,7 +42,7 @@ pub enum ClientError {
         software: String,
     },
     /// Another client writes the variable.
-    #[error("another client writes '{name}': end it, or its fieldbus or program that does")]
+    #[error("another client writes '{name}': end that client, or the fieldbus or program that writes it")]
     InUse {
         /// Name of the variable.
         name: String,

@@ -74,13 +74,13 @@ pub struct Package {
 #[derive(Debug, Error, Clone, PartialEq, Eq)]
 pub enum PackageError {
     /// There is no such type.
-    #[error("the byte {byte} is not a type of RTDE packages")]
+    #[error("the byte {byte} is not a type of RTDE packages: is this the port of RTDE, 30004?")]
     Kind {
         /// As received.
         byte: u8,
     },
     /// No package has this size.
-    #[error("a package of {size} bytes is not one of RTDE")]
+    #[error("a package of {size} bytes is not one of RTDE: is this the port of RTDE, 30004?")]
     Size {
         /// As received.
         size: usize,

@@ -112,13 +112,13 @@ fn what_is_wrong_is_said() {
     assert_eq!(said(Script { speaks_version: 0, ..sound() }), old);
     let unknown = "the controller has no variable 'payload'; its software 3.9.1 is too old";
     assert_eq!(said(Script { software: [3, 9, 1, 0], outputs: "DOUBLE,NOT_FOUND", ..sound() }), unknown);
-    let taken = "another client writes 'input_int_register_24': end it, or its fieldbus or program that does";
+    let taken = "another client writes 'input_int_register_24': end that client, or the fieldbus or program that writes it";
     assert_eq!(said(Script { inputs: "IN_USE", ..sound() }), taken);
     assert_eq!(said(Script { outputs: "DOUBLE", ..sound() }), "a package is not what was agreed on");
     assert_eq!(said(Script { starts: 0, ..sound() }), "the controller does not start the exchange");
     assert_eq!(
         said(Script { instead: Some(b"HTTP/1.1 400 Bad Request"), ..sound() }),
-        "a package of 18516 bytes is not one of RTDE"
+        "a package of 18516 bytes is not one of RTDE: is this the port of RTDE, 30004?"
     );
     let silent = said(Script { instead: Some(b""), ..sound() });
     assert!(silent.starts_with("no answer within 0."), "{silent}");

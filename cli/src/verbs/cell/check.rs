@@ -113,5 +113,8 @@ pub fn disagreement_verdict(distance: f64, angle: f64) -> Option<String> {
     if distance < SAME_ARM.0 && angle < SAME_ARM.1 {
         return None;
     }
+    if !distance.is_finite() || !angle.is_finite() {
+        return Some("it reports joints or a tool that are no numbers".into());
+    }
     Some("its flange is not that of the model; correct [robot.flange] (b_deg = 180 for a KR 6), or name the right robot".into())
 }

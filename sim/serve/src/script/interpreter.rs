@@ -158,7 +158,7 @@ mod tests {
             ("x = [1]\nx[1] = 2", "line 2: there is no element 1"),
             ("x = [1][-1]", "line 1: an index of -1 is before the first element"),
             ("if 1:\nend", "line 1: True or False is needed here, not a whole number"),
-            ("kill 0", "line 1: a thread is needed here, not a whole number"),
+            ("kill True", "line 1: a thread is needed here, not a truth value"),
             ("run f()", "line 1: there is no thread f"),
             ("thread t():\nend\nt()", "line 3: t is a thread: it is started with run"),
             ("def f(a):\nend\nf()", "line 3: f needs the argument a"),

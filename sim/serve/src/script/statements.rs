@@ -68,12 +68,14 @@ impl<H: Host> Machine<H> {
     }
 
     async fn kill(self: &Rc<Self>, thread: &Expression, frame: &Frame<'_>) -> Result<Flow, Stop> {
-        self.thread(thread, frame).await?.kill().await;
+        if let Some(thread) = self.thread(thread, frame).await? {
+            thread.kill().await;
+        }
         Ok(Flow::Next)
     }
 
     async fn join(self: &Rc<Self>, thread: &Expression, frame: &Frame<'_>) -> Result<Flow, Stop> {
-        let thread = self.thread(thread, frame).await?;
+        let Some(thread) = self.thread(thread, frame).await? else { return Ok(Flow::Next) };
         if thread.id() == frame.task.thread {
             return Err(Trouble::new("a thread cannot wait for its own end").into());
         }
@@ -81,9 +83,11 @@ impl<H: Host> Machine<H> {
         Ok(Flow::Next)
     }
 
-    async fn thread(self: &Rc<Self>, expression: &Expression, frame: &Frame<'_>) -> Result<Thread, Stop> {
+    /// The thread of a handle. Programs in use end threads that they have not started yet, whose handle is a number still.
+    async fn thread(self: &Rc<Self>, expression: &Expression, frame: &Frame<'_>) -> Result<Option<Thread>, Stop> {
         match self.evaluate(expression, frame).await? {
-            Value::Thread(thread) => Ok(thread),
+            Value::Thread(thread) => Ok(Some(thread)),
+            Value::Integer(_) => Ok(None),
             other => Err(Trouble::new(format!("a thread is needed here, not {}", other.kind())).into()),
         }
     }

@@ -94,6 +94,7 @@ impl Controller {
             "timestamp" => real(self.began.elapsed().as_secs_f64()),
             "actual_q" => Datum::Reals(arm.measured()),
             "target_q" => Datum::Reals(arm.joints()),
+            "actual_qd" | "target_qd" => Datum::Reals(arm.speeds()),
             "actual_TCP_pose" => Datum::Reals(numbers(&self.tool_at(&arm.measured())).to_vec()),
             "target_TCP_pose" => Datum::Reals(numbers(&self.tool_at(&arm.joints())).to_vec()),
             "tcp_offset" => Datum::Reals(self.tool().to_vec()),

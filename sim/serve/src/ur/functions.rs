@@ -16,7 +16,7 @@ use crate::script::{Arguments, Host, Trouble, Value};
 const CYCLE: Duration = Duration::from_millis(2);
 
 /// Functions that have no effect on the twin: messages for the operator, and settings of what it does not simulate.
-const WITHOUT_EFFECT: [&str; 14] = [
+const WITHOUT_EFFECT: [&str; 20] = [
     "textmsg",
     "popup",
     "rtde_set_watchdog",
@@ -31,6 +31,12 @@ const WITHOUT_EFFECT: [&str; 14] = [
     "end_teach_mode",
     "end_freedrive_mode",
     "set_target_payload_inertia",
+    "set_digital_out",
+    "set_standard_digital_out",
+    "set_configurable_digital_out",
+    "set_tool_digital_out",
+    "set_analog_out",
+    "set_standard_analog_out",
 ];
 
 /// The functions of this controller.
