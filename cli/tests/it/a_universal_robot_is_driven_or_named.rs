@@ -104,7 +104,7 @@ fn the_controller_refuses_a_motion() {
     bench.write_cell(&served, "", "", "");
     let output = bench.measured("refused", &["--mastered"]);
     assert_eq!(output.status.code(), Some(3), "{}", said(&output));
-    let message = "its program does not run (it is stopped); it says: line 16, in move_arm: the motion is refused";
+    let message = "its program does not run (it is stopped); it says: line 17, in move_arm: the motion is refused";
     assert!(said(&output).contains(message), "{}", said(&output));
     let again = bench.measured("refused", &["--resume"]);
     assert_eq!(again.status.code(), Some(0), "the program is sent again: {}", said(&again));
@@ -216,7 +216,6 @@ fn stalling_network(robot: (String, u16), after: usize, stall: Duration) -> u16 
 #[test]
 fn the_network_stalls() {
     let bench = bench();
-    let mut interrupted = 0;
     for after in [60, 61, 62, 63] {
         let mut served = bench.serve(&[]);
         served.tell("ball out");
@@ -227,18 +226,18 @@ fn the_network_stalls() {
         let name = format!("stalled{after}");
         let output = bench.measured(&name, &["--mastered"]);
         assert_eq!(output.status.code(), Some(3), "{}", said(&output));
-        let unshown = said(&output).contains("does not show the target that it was sent");
-        let unconfirmed = said(&output).contains("whether it was taken is not known");
-        assert!(said(&output).contains("the robot is lost") && (unshown || unconfirmed), "{}", said(&output));
+        assert!(
+            said(&output).contains("the robot is lost") && said(&output).contains("the network stalls"),
+            "{}",
+            said(&output)
+        );
         let stands = served.joints();
         std::thread::sleep(Duration::from_secs(3));
         let moved = stands.iter().zip(served.joints()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // The encoders' resolution.
         assert!(moved < 1e-5, "{moved} rad after the campaign had ended: {}", said(&output));
-        interrupted += usize::from(unconfirmed);
         bench.write_cell(&served, "", "", "");
         let again = bench.measured(&name, &["--mastered", "--resume"]);
         assert_eq!(again.status.code(), Some(0), "{}", said(&again));
     }
-    println!("{interrupted} of 4 stalls held an order, the others a target");
 }

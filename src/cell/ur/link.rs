@@ -66,6 +66,8 @@ pub(super) enum Group {
     Cancel,
     /// The speed slider.
     Speed,
+    /// The number of the order that may begin.
+    Begin,
 }
 
 /// The registers of a target: its six numbers, acceleration and speed.
@@ -81,15 +83,16 @@ pub(super) const TARGET: [&str; 8] = [
 ];
 
 /// The inputs of each group, in the order of [`Group`].
-const INPUTS: [&[&str]; 4] = [
+const INPUTS: [&[&str]; 5] = [
     &["input_int_register_25", TARGET[0], TARGET[1], TARGET[2], TARGET[3], TARGET[4], TARGET[5], TARGET[6], TARGET[7]],
     &["input_int_register_24"],
     &["input_int_register_26"],
     &["speed_slider_mask", "speed_slider_fraction"],
+    &["input_int_register_27"],
 ];
 
 /// The outputs that the driver reads.
-const OUTPUTS: [&str; 25] = [
+const OUTPUTS: [&str; 26] = [
     "actual_q",
     "target_q",
     "actual_TCP_pose",
@@ -115,6 +118,7 @@ const OUTPUTS: [&str; 25] = [
     "output_int_register_25",
     "output_int_register_26",
     "output_int_register_27",
+    "output_int_register_28",
 ];
 
 /// Wait before reconnecting; the controller may need it to notice that the old connection is gone.

@@ -41,6 +41,9 @@ const FREEDRIVE: i64 = 1 << 2;
 /// Longest time for a cancelled motion to end.
 const BRAKING: Duration = Duration::from_secs(2);
 
+/// Attempts to have an order confirmed in time.
+const TRIES: usize = 3;
+
 /// Longest time for a program to start.
 const STARTING: Duration = Duration::from_secs(5);
 
@@ -162,11 +165,18 @@ impl UrRobot {
             Action::Line => (motion.line_acceleration, motion.line_speed),
             _ => (motion.joint_acceleration, motion.joint_speed),
         };
-        self.order = next_order(self.order);
         let [a, b, c, d, e, f] = target;
-        self.write_target(action, &[a, b, c, d, e, f, acceleration, speed])?;
-        self.give_order()?;
-        self.wait_until_done()
+        let target = [a, b, c, d, e, f, acceleration, speed];
+        for _ in 0..TRIES {
+            self.order = next_order(self.order);
+            self.write_target(action, &target)?;
+            self.give_order()?;
+            if let Some(verdict) = self.wait_until_done()? {
+                return verdict;
+            }
+        }
+        let detail = "its controller gets the driver's numbers too late: the network stalls; no motion was begun".into();
+        Err(ManipulatorError::Lost { detail })
     }
 
     /// Writes the target until the controller shows it. No order is given with another one.
@@ -188,36 +198,38 @@ impl UrRobot {
         }
     }
 
-    /// Writes the number of the order until the controller shows it. The program knows an order that it has seen. One that is not
-    /// shown in time may still arrive: it is withdrawn, and what becomes of it is not known.
+    /// Writes the number of the order until the program has seen it, which then waits a quarter of a second to a second for it to be
+    /// confirmed. What is not confirmed does not move the arm, however late it arrives.
     fn give_order(&mut self) -> Result<(), ManipulatorError> {
         let mut deadline = Deadline::new(&self.link);
         loop {
             self.link.write(Group::Order, &[Datum::Integers(vec![self.order])])?;
-            let shown = self.link.state();
-            if shown.as_ref().is_ok_and(|seen| seen.integer("input_int_register_24") == self.order) {
+            let seen = self.link.state()?;
+            if seen.integer("output_int_register_28") == self.order {
                 return Ok(());
             }
-            if shown.is_err() || deadline.is_over(&self.link, self.settings.patience.answer) {
-                // It follows the order on the same connection, and stops it at its beginning.
-                let withdrawn = self.link.write(Group::Cancel, &[Datum::Integers(vec![self.order])]);
-                let how = if withdrawn.is_ok() { "it was withdrawn, but " } else { "" };
-                let detail = format!(
-                    "its controller does not confirm an order in time, as when the network stalls: {how}whether it was taken is not known"
-                );
+            self.may_move(&seen)?;
+            if deadline.is_over(&self.link, self.settings.patience.answer) {
+                let detail =
+                    "its program does not see an order that it was sent: the network stalls; no motion was begun".into();
                 return Err(ManipulatorError::Lost { detail });
             }
         }
     }
 
-    fn wait_until_done(&mut self) -> Result<(), ManipulatorError> {
+    /// Confirms the order and waits until it has ended; `None` if it was confirmed too late to begin.
+    fn wait_until_done(&mut self) -> Result<Option<Result<(), ManipulatorError>>, ManipulatorError> {
         let began = Instant::now();
         loop {
             let seen = self.link.state()?;
+            let outcome = Outcome::of(seen.integer("output_int_register_25"));
             if seen.integer("output_int_register_24") == self.order {
-                return self.verdict(&seen);
+                return Ok((outcome != Outcome::Void).then(|| self.verdict(outcome)));
             }
             self.may_move(&seen)?;
+            if outcome == Outcome::Seen {
+                self.link.write(Group::Begin, &[Datum::Integers(vec![self.order])])?;
+            }
             if let Some(error) = self.settings.patience.break_off(&self.stop, began) {
                 self.cancel()?;
                 return Err(error);
@@ -239,12 +251,12 @@ impl UrRobot {
         Ok(())
     }
 
-    fn verdict(&self, seen: &Seen) -> Result<(), ManipulatorError> {
-        match Outcome::of(seen.integer("output_int_register_25")) {
+    fn verdict(&self, outcome: Outcome) -> Result<(), ManipulatorError> {
+        match outcome {
             Outcome::Done => Ok(()),
             Outcome::BeyondLimits => Err(ManipulatorError::Unreachable),
             Outcome::Cancelled => Err(stopped("the motion was broken off")),
-            Outcome::Forgotten | Outcome::UnderWay => {
+            Outcome::Forgotten | Outcome::UnderWay | Outcome::Seen | Outcome::Void => {
                 let detail = "its program was started again, and what became of the order is not known".into();
                 Err(ManipulatorError::Lost { detail })
             }
@@ -297,12 +309,10 @@ impl Drop for UrRobot {
         self.link.wait_no_longer();
         let is_idle = |seen: &Seen| is_playing(seen) && seen.integer("output_int_register_24") == self.order;
         if self.link.state().is_ok_and(|seen| is_idle(&seen) && !is_under_way(&seen)) {
-            let mut values = vec![Datum::Integers(vec![Action::End.number()])];
-            values.resize(9, Datum::Reals(vec![0.0]));
-            // Nothing can be done about a controller that is gone by now.
-            let ended = self.link.write(Group::Target, &values).and_then(|()| self.link.state());
-            drop(ended.and_then(|_| self.link.write(Group::Order, &[Datum::Integers(vec![next_order(self.order)])])));
-            drop(self.link.state());
+            self.order = next_order(self.order);
+            // Nothing can be done about a controller that is gone by now, and the ended program does not run any more.
+            let ended = self.write_target(Action::End, &[0.0; 8]).and_then(|()| self.give_order());
+            drop(ended.and_then(|()| self.wait_until_done()));
         }
         self.link.close();
     }

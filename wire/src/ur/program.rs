@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! driver                                            program
-//! writes action and target, then ORDER = n          waits until ORDER differs from DONE
+//! writes action and target, then ORDER = n          waits until ORDER differs from DONE; SEEN = n
+//! BEGIN = n as soon as SEEN is n                    an order that is not confirmed within 125 cycles is void
 //! reads DONE until it is n                          RESULT = under way; moves; RESULT, then DONE = n
 //! writes CANCEL = n                                 brakes, and ends order n as cancelled
 //! ```
@@ -24,6 +25,8 @@ pub mod registers {
     pub const ACTION: usize = 25;
     /// Integer input: number of the order to be broken off.
     pub const CANCEL: usize = 26;
+    /// Integer input: number of the order that may begin.
+    pub const BEGIN: usize = 27;
     /// First of the six double inputs with the target.
     pub const TARGET: usize = 24;
     /// Double input: acceleration, rad/s² or m/s².
@@ -38,6 +41,8 @@ pub mod registers {
     pub const PROGRAM: usize = 26;
     /// Integer output: counts the program's waiting cycles.
     pub const ALIVE: usize = 27;
+    /// Integer output: number of the order that the program has seen.
+    pub const SEEN: usize = 28;
 }
 
 /// What an order asks for.
@@ -81,6 +86,10 @@ pub enum Outcome {
     Cancelled,
     /// Not ended yet.
     UnderWay,
+    /// Seen, and not confirmed yet.
+    Seen,
+    /// Not confirmed in time: it was not carried out, and will not be.
+    Void,
     /// The program was started again after the order had been given; it is not known what became of it.
     Forgotten,
     /// Any other number.
@@ -96,6 +105,8 @@ impl Outcome {
             2 => Outcome::BeyondLimits,
             3 => Outcome::Cancelled,
             4 => Outcome::UnderWay,
+            5 => Outcome::Void,
+            6 => Outcome::Seen,
             9 => Outcome::Forgotten,
             other => Outcome::Other(other),
         }
@@ -113,6 +124,7 @@ mod tests {
             ("read_input_integer_register", registers::ORDER),
             ("read_input_integer_register", registers::ACTION),
             ("read_input_integer_register", registers::CANCEL),
+            ("read_input_integer_register", registers::BEGIN),
             ("read_input_float_register", registers::TARGET),
             ("read_input_float_register", registers::TARGET + 5),
             ("read_input_float_register", registers::ACCELERATION),
