@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use calibench::cell::kuka::{
     Actions, KukaRobot, KukaSettings, LinkError, RobotProgram, Variables, e6axis, frame_of, krl_frame,
 };
-use calibench::cell::{Driver, Manipulator, ManipulatorError, Patience, StopRequest};
+use calibench::cell::patience::Patience;
+use calibench::cell::{Driver, Manipulator, ManipulatorError, StopRequest};
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
 use calibench_wire::kuka::{Call, FrameReader, PROGRAM_NAME, Response, Structure, Value, Verdict, program_files};

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 use calibench_wire::kuka::{Call, FrameError, FrameReader, Request, Response, Value};
 use thiserror::Error;
 
+use crate::cell::ManipulatorError;
 use crate::cell::gauge::Traffic;
+use crate::cell::patience::Patience;
 use crate::cell::socket::connect;
-use crate::cell::{ManipulatorError, Patience};
 
 /// Reason why a variable was not read or written.
 #[derive(Debug, Error)]

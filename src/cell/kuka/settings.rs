@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::cell::Patience;
+use crate::cell::patience::Patience;
 
 /// Names of the variables that the driver reads and writes.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]

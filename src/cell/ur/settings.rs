@@ -1,6 +1,6 @@
 //! The settings of a Universal Robot.
 
-use crate::cell::Patience;
+use crate::cell::patience::Patience;
 use crate::units::DEG;
 
 /// Port of RTDE.
