@@ -22,8 +22,8 @@ pub mod urdf;
 
 pub use arm::Robot;
 pub use builtin::{BUILT_IN, built_in};
-pub(crate) use frame::angle_between;
 pub use frame::{Frame, Vectors, rotation_vector};
+pub(crate) use frame::{angle_between, apart};
 pub(crate) use link::NEARLY_PARALLEL;
 pub use link::{FramePose, JointKind, Link, MdhLink, Pose};
 pub(crate) use rigid_fit::{nearest_rotation, rigid_fit};

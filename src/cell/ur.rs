@@ -11,5 +11,5 @@ mod settings;
 
 pub(crate) use keys::UrKeys;
 pub use link::UrError;
-pub use robot::UrRobot;
+pub use robot::{UrRobot, numbers_of, pose_of};
 pub use settings::{UrMotion, UrPayload, UrSettings};

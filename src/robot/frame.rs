@@ -183,6 +183,11 @@ pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }
 
+/// Distance (m) and angle (rad) between two poses.
+pub(crate) fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
+    ((b.translation.vector - a.translation.vector).norm(), angle_between(&a.rotation, &b.rotation))
+}
+
 /// Angle between two rotations, rad; of the same ones zero, where the trace of their quotient may exceed three by rounding.
 pub(crate) fn angle_between(a: &Rotation3<f64>, b: &Rotation3<f64>) -> f64 {
     rotation_vector(&(a.inverse() * b)).norm()

@@ -5,15 +5,15 @@
 
 mod client;
 mod data;
-mod modes;
+pub mod modes;
 mod package;
+pub mod ports;
 mod program;
 mod state_message;
 mod variables;
 
-pub use client::{Client, ClientError, Deadlines, Recipes, Seen};
+pub use client::{Client, ClientError, Recipes, Seen};
 pub use data::{DataType, Datum};
-pub use modes::{robot_mode, runtime_state, safety_status};
 pub use package::{LONGEST_PACKAGE, Package, PackageError, PackageKind, PackageReader};
 pub use program::{Action, Outcome, PROGRAM, PROGRAM_TOKEN, registers};
 pub use state_message::{CartesianInfo, StateMessageReader};

@@ -14,7 +14,7 @@ use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
 use calibench::units::DEG;
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::{Scenario, load_scenario};
-use calibench_wire::ur::{Client, ClientError, Deadlines, Recipes};
+use calibench_wire::ur::{Client, ClientError, Recipes};
 use rs_openshowvar::OpenShowVar;
 use tempfile::TempDir;
 
@@ -200,8 +200,7 @@ impl Served {
     /// A client of a Universal Robot that writes these inputs.
     pub fn rtde(&self, inputs: &[&[&str]]) -> Result<Client, ClientError> {
         let recipes = Recipes { outputs: &["actual_q", "runtime_state"], inputs };
-        let deadlines = Deadlines { answer: Duration::from_secs(5) };
-        Client::start(TcpStream::connect(&self.robot).unwrap(), &recipes, deadlines)
+        Client::start(TcpStream::connect(&self.robot).unwrap(), &recipes, Duration::from_secs(5))
     }
 
     /// Sends the attendant a command; returns when it is done.

@@ -175,7 +175,7 @@ impl Arm {
         let moved = self.arrive(if is_whole { to } else { self.joints() });
         drop(motion);
         match (moved, event) {
-            (Err(NotThere::Cancelled), _) | (Ok(()), _) if !is_whole => Err(NotThere::Cancelled),
+            (Ok(()), _) if !is_whole => Err(NotThere::Cancelled),
             (Err(error), _) => Err(error),
             (Ok(()), event) => event.map_or(Ok(()), Err),
         }

@@ -1,7 +1,8 @@
 //! The served cell: the simulated cell behind the interfaces of a real one, so that any program can work with it.
 //!
 //! Three indicators answer ASCII requests on pseudo-terminals or sockets, and a robot answers as KUKA's variable servers or as
-//! Universal Robots' controllers do, all on the loopback address. One thread owns the whole cell: between two requests nothing changes, and no lock is needed.
+//! Universal Robots' controllers do, all on the loopback address. One thread owns the whole cell: between two requests nothing
+//! changes, and no lock is needed.
 
 mod arm;
 mod fault;

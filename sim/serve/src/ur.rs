@@ -10,17 +10,14 @@ use std::io;
 use std::net::Ipv4Addr;
 use std::rc::Rc;
 
+use calibench_wire::ur::ports;
 use tokio::net::TcpListener;
 use tokio::task::spawn_local;
 
 pub use controller::Controller;
 
-/// Port of RTDE on a real controller; the others are as far from it here as there.
-const RTDE: u16 = 30004;
-/// Ports that take programs: primary, secondary and real-time interface. The first two send the robot's state.
-const PROGRAMS: [u16; 3] = [30001, 30002, 30003];
-/// Port of the dashboard.
-const DASHBOARD: u16 = 29999;
+/// Ports that take programs; all but the real-time interface send the robot's state.
+const PROGRAMS: [u16; 3] = [ports::PRIMARY, ports::SECONDARY, ports::REALTIME];
 
 /// Attempts to find as many free ports at the right distances.
 const MOST_TRIES: usize = 200;
@@ -51,12 +48,12 @@ impl Ports {
     async fn at(rtde: u16) -> io::Result<Self> {
         let rtde = TcpListener::bind((Ipv4Addr::LOCALHOST, rtde)).await?;
         let port = rtde.local_addr()?.port();
-        let beside = |usual: u16| TcpListener::bind((Ipv4Addr::LOCALHOST, port.saturating_sub(RTDE - usual)));
+        let beside = |usual: u16| TcpListener::bind((Ipv4Addr::LOCALHOST, ports::beside(port, usual)));
         let mut programs = Vec::with_capacity(PROGRAMS.len());
         for usual in PROGRAMS {
             programs.push(beside(usual).await?);
         }
-        let dashboard = beside(DASHBOARD).await?;
+        let dashboard = beside(ports::DASHBOARD).await?;
         Ok(Ports { rtde, programs, dashboard })
     }
 
@@ -73,7 +70,7 @@ impl Ports {
         let Ports { rtde, programs, dashboard } = self;
         spawn_local(rtde::listen(rtde, Rc::clone(controller)));
         for (listener, usual) in programs.into_iter().zip(PROGRAMS) {
-            spawn_local(programs::listen(listener, Rc::clone(controller), usual != 30003));
+            spawn_local(programs::listen(listener, Rc::clone(controller), usual != ports::REALTIME));
         }
         spawn_local(dashboard::listen(dashboard, Rc::clone(controller)));
     }

@@ -1,7 +1,7 @@
 //! Orders to the program on the controller.
 
 use super::{KukaSettings, e6axis, krl_frame};
-use crate::robot::{FramePose, rotation_vector};
+use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
 /// An order; its target is absolute, so that repeating it has no further effect.
@@ -56,8 +56,7 @@ impl Order {
 
 /// Distance (m) and angle (rad) between two frames.
 pub(super) fn apart(a: &FramePose, b: &FramePose) -> (f64, f64) {
-    let between = a.pose().inverse() * b.pose();
-    (between.translation.vector.norm(), rotation_vector(&between.rotation).norm())
+    crate::robot::apart(&a.pose(), &b.pose())
 }
 
 /// The six numbers without the type, which is FRAME in one place and E6POS in the other; members not named keep their values.

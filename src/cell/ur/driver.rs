@@ -1,12 +1,13 @@
 //! A Universal Robot as a driver of the cell.
 
-use calibench_wire::ur::{Action, robot_mode, runtime_state, safety_status};
+use calibench_wire::ur::Action;
+use calibench_wire::ur::modes::{robot_mode, runtime_state, safety_status};
 
 use super::UrRobot;
-use super::robot::{is_under_way, numbers_of, pose_of};
+use super::robot::{EMERGENCY, numbers_of, pending, pose_of};
 use crate::cell::gauge::Traffic;
 use crate::cell::{ControllerFrames, ControllerState, Driver, DriverError, ManipulatorError};
-use crate::robot::{FramePose, rotation_vector};
+use crate::robot::{FramePose, apart};
 use crate::units::{DEG, MM};
 
 /// Largest difference between a frame or a payload and what it was set to, m and rad, and kg.
@@ -24,27 +25,20 @@ impl Driver for UrRobot {
         };
         Ok(ControllerState {
             unfit,
-            pending: (runs && is_under_way(&seen)).then(|| {
-                let order = seen.integer("input_int_register_24");
-                format!("order {order} is not done; stop the program on the pendant")
-            }),
+            pending: if runs { pending(&seen) } else { None },
             mode: format!("{}, {}", robot_mode(seen.integer("robot_mode")), safety_status(safety)),
             program: if runs { format!("{program}: calibench") } else { program },
-            emergency_stop: Some(safety_status(safety).ends_with("emergency stop")),
+            emergency_stop: Some(EMERGENCY.contains(&safety)),
             speed_percent: 100.0 * seen.real("target_speed_fraction"),
         })
     }
 
     fn prepare(&mut self, speed_percent: u8, flange_from_tool: &FramePose) -> Result<(), ManipulatorError> {
-        if let Some(pending) = self.state().map_err(|e| ManipulatorError::Lost { detail: e.to_string() })?.pending {
-            return Err(ManipulatorError::Refused { reason: pending });
-        }
         self.start_program()?;
         self.set_speed(speed_percent)?;
         self.carry_out(Action::Tool, numbers_of(&flange_from_tool.pose()))?;
         let is = pose_of(self.link.tool()?.flange_from_tool);
-        let between = is.inverse() * flange_from_tool.pose();
-        let (distance, angle) = (between.translation.vector.norm(), rotation_vector(&between.rotation).norm());
+        let (distance, angle) = apart(&is, &flange_from_tool.pose());
         if distance > AS_SET[0] || angle > AS_SET[1] {
             let reason = format!("its TCP is not what it was set to, by {:.3} mm and {:.3} deg", distance / MM, angle / DEG);
             return Err(ManipulatorError::Refused { reason });

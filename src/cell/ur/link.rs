@@ -4,11 +4,11 @@
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use calibench_wire::ur::{CartesianInfo, Client, ClientError, Datum, Deadlines, PROGRAM, Recipes, Seen, StateMessageReader};
+use calibench_wire::ur::registers::{self, ACTION, ALIVE, BEGIN, CANCEL, DONE, ORDER, RESULT, SEEN, TARGET};
+use calibench_wire::ur::{CartesianInfo, Client, ClientError, Datum, PROGRAM, Recipes, Seen, StateMessageReader, ports};
 use thiserror::Error;
 
 use super::UrSettings;
-use super::settings::{DASHBOARD_PORT, SECONDARY_PORT};
 use crate::cell::ManipulatorError;
 use crate::cell::gauge::Traffic;
 use crate::cell::socket::connect;
@@ -70,25 +70,13 @@ pub(super) enum Group {
     Begin,
 }
 
-/// The registers of a target: its six numbers, acceleration and speed.
-pub(super) const TARGET: [&str; 8] = [
-    "input_double_register_24",
-    "input_double_register_25",
-    "input_double_register_26",
-    "input_double_register_27",
-    "input_double_register_28",
-    "input_double_register_29",
-    "input_double_register_30",
-    "input_double_register_31",
-];
-
 /// The inputs of each group, in the order of [`Group`].
 const INPUTS: [&[&str]; 5] = [
-    &["input_int_register_25", TARGET[0], TARGET[1], TARGET[2], TARGET[3], TARGET[4], TARGET[5], TARGET[6], TARGET[7]],
-    &["input_int_register_24"],
-    &["input_int_register_26"],
+    &[ACTION, TARGET[0], TARGET[1], TARGET[2], TARGET[3], TARGET[4], TARGET[5], TARGET[6], TARGET[7]],
+    &[ORDER],
+    &[CANCEL],
     &["speed_slider_mask", "speed_slider_fraction"],
-    &["input_int_register_27"],
+    &[BEGIN],
 ];
 
 /// The outputs that the driver reads.
@@ -104,8 +92,8 @@ const OUTPUTS: [&str; 26] = [
     "target_speed_fraction",
     "payload",
     "joint_temperatures",
-    "input_int_register_24",
-    "input_int_register_25",
+    ORDER,
+    ACTION,
     TARGET[0],
     TARGET[1],
     TARGET[2],
@@ -114,11 +102,11 @@ const OUTPUTS: [&str; 26] = [
     TARGET[5],
     TARGET[6],
     TARGET[7],
-    "output_int_register_24",
-    "output_int_register_25",
-    "output_int_register_26",
-    "output_int_register_27",
-    "output_int_register_28",
+    DONE,
+    RESULT,
+    registers::PROGRAM,
+    ALIVE,
+    SEEN,
 ];
 
 /// Wait before reconnecting; the controller may need it to notice that the old connection is gone.
@@ -213,12 +201,12 @@ impl Link {
         let stream =
             connect(address, patience.connect).map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
         let recipes = Recipes { outputs: &OUTPUTS, inputs: &INPUTS };
-        Ok(Client::start(stream, &recipes, Deadlines { answer: patience.answer })?)
+        Ok(Client::start(stream, &recipes, patience.answer)?)
     }
 
     /// The tool as the controller's state message has it.
     pub fn tool(&self) -> Result<CartesianInfo, UrError> {
-        let address = self.settings.beside(SECONDARY_PORT);
+        let address = self.settings.beside(ports::SECONDARY);
         let failed = |error| UrError::NoConnection { address: address.clone(), error };
         let patience = &self.settings.patience;
         let mut stream = connect(&address, patience.connect).map_err(failed)?;
@@ -242,7 +230,7 @@ impl Link {
 
     /// Sends the program to the controller, which starts it at once.
     pub fn send_program(&self) -> Result<(), UrError> {
-        let address = self.settings.beside(SECONDARY_PORT);
+        let address = self.settings.beside(ports::SECONDARY);
         let mut stream = connect(&address, self.settings.patience.connect)
             .map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
         stream.write_all(PROGRAM.as_bytes()).map_err(|error| UrError::NotSent { address, error })
@@ -256,7 +244,7 @@ impl Link {
     /// The dashboard's answer; `None` where there is no dashboard.
     fn ask_dashboard(&self, question: &str) -> Option<String> {
         let patience = &self.settings.patience;
-        let mut stream = connect(&self.settings.beside(DASHBOARD_PORT), patience.connect).ok()?;
+        let mut stream = connect(&self.settings.beside(ports::DASHBOARD), patience.connect).ok()?;
         stream.set_read_timeout(Some(patience.answer)).ok()?;
         stream.write_all(format!("{question}\n").as_bytes()).ok()?;
         // The first line is its greeting.

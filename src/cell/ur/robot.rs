@@ -3,10 +3,11 @@
 use std::time::{Duration, Instant};
 
 use calibench_wire::next_order;
-use calibench_wire::ur::{Action, Datum, Outcome, PROGRAM_TOKEN, Seen, robot_mode, runtime_state, safety_status};
+use calibench_wire::ur::modes::{self, robot_mode, runtime_state, safety_status};
+use calibench_wire::ur::{Action, Datum, Outcome, PROGRAM_TOKEN, Seen, registers};
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use super::link::{Group, Link, TARGET};
+use super::link::{Group, Link};
 use super::{UrError, UrSettings};
 use crate::cell::{Manipulator, ManipulatorError, StopRequest};
 use crate::robot::{Pose, rotation_vector};
@@ -25,16 +26,10 @@ pub struct UrRobot {
     began: Instant,
 }
 
-/// `robot_mode` of an arm that can move.
-const RUNNING: i64 = 7;
-/// `runtime_state` of a program that runs.
-const PLAYING: i64 = 2;
-/// `runtime_state` of a controller whose program has ended.
-const STOPPED: i64 = 1;
-/// Values of `safety_status` in which the arm may move: normal and reduced.
-const SAFE: [i64; 2] = [1, 2];
-/// Values of `safety_status` with an emergency stop: of the system, of the robot.
-const EMERGENCY: [i64; 2] = [6, 7];
+/// Values of `safety_status` in which the arm may move.
+const SAFE: [i64; 2] = [modes::NORMAL, modes::REDUCED];
+/// Values of `safety_status` with an emergency stop.
+pub(super) const EMERGENCY: [i64; 2] = [modes::SYSTEM_EMERGENCY_STOP, modes::ROBOT_EMERGENCY_STOP];
 /// Bit of `robot_status_bits`: the freedrive button is pressed.
 const FREEDRIVE: i64 = 1 << 2;
 
@@ -74,7 +69,7 @@ impl UrRobot {
         if seen.integer("robot_status_bits") & FREEDRIVE != 0 {
             return Some("it is in freedrive: release the button".into());
         }
-        if mode != RUNNING {
+        if mode != modes::RUNNING {
             return Some(format!("its mode is '{}': power it on and release the brakes", robot_mode(mode)));
         }
         None
@@ -83,7 +78,7 @@ impl UrRobot {
     /// True if the program of this library runs on the controller. A program that waits counts, one that moves says so.
     pub(super) fn runs(&mut self) -> Result<bool, UrError> {
         let first = self.link.state()?;
-        if !is_playing(&first) || first.integer("output_int_register_26") != PROGRAM_TOKEN {
+        if !is_playing(&first) || first.integer(registers::PROGRAM) != PROGRAM_TOKEN {
             return Ok(false);
         }
         if is_under_way(&first) {
@@ -91,7 +86,7 @@ impl UrRobot {
         }
         // The registers of a program that was stopped keep their values; that of a running one counts on.
         for _ in 0..3 {
-            if self.link.state()?.integer("output_int_register_27") != first.integer("output_int_register_27") {
+            if self.link.state()?.integer(registers::ALIVE) != first.integer(registers::ALIVE) {
                 return Ok(true);
             }
         }
@@ -118,8 +113,8 @@ impl UrRobot {
     /// Reason why the program cannot be started, if it does not run already.
     pub(super) fn unfit_to_start(&mut self, seen: &Seen) -> Option<String> {
         match seen.integer("runtime_state") {
-            PLAYING => return Some("another program runs on its controller: stop it on the pendant".into()),
-            STOPPED => {}
+            modes::PLAYING => return Some("another program runs on its controller: stop it on the pendant".into()),
+            modes::STOPPED => {}
             other => return Some(format!("its program is {}: stop it on the pendant", runtime_state(other))),
         }
         let local = "its controller is in local control and takes no program: switch it to remote control";
@@ -132,7 +127,11 @@ impl UrRobot {
         if let Some(reason) = Self::unfit(&seen) {
             return Err(ManipulatorError::Stopped { reason });
         }
-        if !self.runs()? {
+        if self.runs()? {
+            if let Some(reason) = pending(&seen) {
+                return Err(ManipulatorError::Refused { reason });
+            }
+        } else {
             if let Some(reason) = self.unfit_to_start(&seen) {
                 return Err(ManipulatorError::Refused { reason });
             }
@@ -148,7 +147,7 @@ impl UrRobot {
         }
         // A cancellation of an earlier session must not meet an order of the same number.
         self.link.write(Group::Cancel, &[Datum::Integers(vec![0])])?;
-        self.order = self.link.state()?.integer("output_int_register_24");
+        self.order = self.link.state()?.integer(registers::DONE);
         self.is_started = true;
         Ok(())
     }
@@ -187,8 +186,8 @@ impl UrRobot {
         loop {
             self.link.write(Group::Target, &values)?;
             let seen = self.link.state()?;
-            let shown = TARGET.iter().map(|name| seen.real(name));
-            if seen.integer("input_int_register_25") == action.number() && shown.eq(numbers.iter().copied()) {
+            let shown = registers::TARGET.iter().map(|name| seen.real(name));
+            if seen.integer(registers::ACTION) == action.number() && shown.eq(numbers.iter().copied()) {
                 return Ok(());
             }
             if deadline.is_over(&self.link, self.settings.patience.answer) {
@@ -205,7 +204,7 @@ impl UrRobot {
         loop {
             self.link.write(Group::Order, &[Datum::Integers(vec![self.order])])?;
             let seen = self.link.state()?;
-            if seen.integer("output_int_register_28") == self.order {
+            if seen.integer(registers::SEEN) == self.order {
                 return Ok(());
             }
             self.may_move(&seen)?;
@@ -222,8 +221,8 @@ impl UrRobot {
         let began = Instant::now();
         loop {
             let seen = self.link.state()?;
-            let outcome = Outcome::of(seen.integer("output_int_register_25"));
-            if seen.integer("output_int_register_24") == self.order {
+            let outcome = Outcome::of(seen.integer(registers::RESULT));
+            if seen.integer(registers::DONE) == self.order {
                 return Ok((outcome != Outcome::Void).then(|| self.verdict(outcome)));
             }
             self.may_move(&seen)?;
@@ -243,7 +242,7 @@ impl UrRobot {
         if let Some(reason) = Self::unfit(seen) {
             return Err(ManipulatorError::Stopped { reason });
         }
-        if !is_playing(seen) || seen.integer("output_int_register_26") != PROGRAM_TOKEN {
+        if !is_playing(seen) || seen.integer(registers::PROGRAM) != PROGRAM_TOKEN {
             let state = runtime_state(seen.integer("runtime_state"));
             let message = self.link.message().map(|words| format!("; it says: {words}")).unwrap_or_default();
             return Err(stopped(&format!("its program does not run (it is {state}){message}")));
@@ -273,7 +272,7 @@ impl UrRobot {
         let asked = Instant::now();
         while asked.elapsed() < BRAKING {
             let seen = self.link.state()?;
-            if seen.integer("output_int_register_24") == self.order || !is_playing(&seen) {
+            if seen.integer(registers::DONE) == self.order || !is_playing(&seen) {
                 return Ok(());
             }
         }
@@ -281,7 +280,7 @@ impl UrRobot {
     }
 }
 
-/// The time in which something must have been heard, counted anew on every connection.
+/// The time in which something must have been heard, counted again on each connection.
 struct Deadline {
     since: Instant,
     connections: usize,
@@ -307,7 +306,7 @@ impl Drop for UrRobot {
             return;
         }
         self.link.wait_no_longer();
-        let is_idle = |seen: &Seen| is_playing(seen) && seen.integer("output_int_register_24") == self.order;
+        let is_idle = |seen: &Seen| is_playing(seen) && seen.integer(registers::DONE) == self.order;
         if self.link.state().is_ok_and(|seen| is_idle(&seen) && !is_under_way(&seen)) {
             self.order = next_order(self.order);
             // Nothing can be done about a controller that is gone by now, and the ended program does not run any more.
@@ -355,20 +354,26 @@ impl Manipulator for UrRobot {
 }
 
 fn is_playing(seen: &Seen) -> bool {
-    seen.integer("runtime_state") == PLAYING
+    seen.integer("runtime_state") == modes::PLAYING
 }
 
-pub(super) fn is_under_way(seen: &Seen) -> bool {
-    Outcome::of(seen.integer("output_int_register_25")) == Outcome::UnderWay
+/// The order under way in the program, and the remedy, if there is one.
+pub(super) fn pending(seen: &Seen) -> Option<String> {
+    let order = seen.integer(registers::ORDER);
+    is_under_way(seen).then(|| format!("order {order} is not done; stop the program on the pendant"))
 }
 
-/// The pose of six numbers: place, m, and rotation vector, rad.
-pub(super) fn pose_of([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
+fn is_under_way(seen: &Seen) -> bool {
+    Outcome::of(seen.integer(registers::RESULT)) == Outcome::UnderWay
+}
+
+/// The pose of six numbers as the controller has them: place, m, and rotation vector, rad.
+pub fn pose_of([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
     Pose::from_parts(Translation3::new(x, y, z), Rotation3::new(Vector3::new(rx, ry, rz)))
 }
 
-/// The six numbers of a pose.
-pub(super) fn numbers_of(pose: &Pose) -> [f64; 6] {
+/// The six numbers of a pose: place, m, and rotation vector, rad.
+pub fn numbers_of(pose: &Pose) -> [f64; 6] {
     let (place, turn) = (pose.translation.vector, rotation_vector(&pose.rotation));
     [place.x, place.y, place.z, turn.x, turn.y, turn.z]
 }

@@ -1,14 +1,9 @@
 //! The settings of a Universal Robot.
 
+use calibench_wire::ur::ports;
+
 use crate::cell::patience::Patience;
 use crate::units::DEG;
-
-/// Port of RTDE.
-pub(super) const RTDE_PORT: u16 = 30004;
-/// Port of the secondary interface, which takes programs and tells the tool.
-pub(super) const SECONDARY_PORT: u16 = 30002;
-/// Port of the dashboard server.
-pub(super) const DASHBOARD_PORT: u16 = 29999;
 
 /// A Universal Robot and its communication settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +51,7 @@ impl UrSettings {
     /// The address of another of the controller's ports: as far from RTDE's as on a controller with the usual ports.
     pub(super) fn beside(&self, usual: u16) -> String {
         let (host, port) = self.address.rsplit_once(':').unwrap_or((&self.address, ""));
-        let port = port.parse().unwrap_or(RTDE_PORT);
-        format!("{host}:{}", port.saturating_sub(RTDE_PORT - usual))
+        let port = port.parse().unwrap_or(ports::RTDE);
+        format!("{host}:{}", ports::beside(port, usual))
     }
 }

@@ -52,13 +52,6 @@ pub enum ClientError {
     NotStarted,
 }
 
-/// Timeouts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Deadlines {
-    /// Of one answer.
-    pub answer: Duration,
-}
-
 /// The variables exchanged.
 #[derive(Debug, Clone, Copy)]
 pub struct Recipes<'a> {
@@ -134,7 +127,7 @@ const MOST_MESSAGES: usize = 50;
 /// stalls while the program is busy elsewhere.
 pub struct Client {
     stream: TcpStream,
-    deadlines: Deadlines,
+    answer_within: Duration,
     software: [u32; 4],
     outputs: Recipe,
     inputs: Vec<Recipe>,
@@ -143,14 +136,15 @@ pub struct Client {
 }
 
 impl Client {
-    /// Agrees with the controller behind `stream` on the variables, and starts the exchange. No input is written.
+    /// Agrees with the controller behind `stream` on the variables, and starts the exchange. No input is
+    /// written. Nothing is waited for longer than `answer_within`.
     ///
     /// # Errors
     /// When the controller does not answer, speaks another version, or a variable is not to be had.
-    pub fn start(stream: TcpStream, recipes: &Recipes<'_>, deadlines: Deadlines) -> Result<Self, ClientError> {
+    pub fn start(stream: TcpStream, recipes: &Recipes<'_>, answer_within: Duration) -> Result<Self, ClientError> {
         stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(deadlines.answer))?;
-        let mut talk = Talk { stream, reader: PackageReader::default(), deadlines, sent: 0 };
+        stream.set_write_timeout(Some(answer_within))?;
+        let mut talk = Talk { stream, reader: PackageReader::default(), answer_within, sent: 0 };
         if talk.ask(PackageKind::ProtocolVersion, PROTOCOL_VERSION.to_be_bytes().to_vec())?.first() != Some(&1) {
             return Err(ClientError::Version);
         }
@@ -176,7 +170,7 @@ impl Client {
         let shared = Arc::new(Shared::default());
         let (reading, theirs, number) = (stream.try_clone()?, Arc::clone(&shared), outputs.number);
         std::thread::spawn(move || read_on(reading, reader, number, &theirs));
-        Ok(Client { stream, deadlines, software, outputs, inputs, sent, shared })
+        Ok(Client { stream, answer_within, software, outputs, inputs, sent, shared })
     }
 
     /// Version of the controller's software: major, minor, bugfix, build.
@@ -209,7 +203,7 @@ impl Client {
                 return Err(error);
             }
             let waited = began.elapsed();
-            let Some(rest) = self.deadlines.answer.checked_sub(waited) else { return Err(ClientError::Silent { waited }) };
+            let Some(rest) = self.answer_within.checked_sub(waited) else { return Err(ClientError::Silent { waited }) };
             received = match self.shared.arrived.wait_timeout(received, rest) {
                 Ok((received, _)) => received,
                 Err(poisoned) => poisoned.into_inner().0,
@@ -258,7 +252,7 @@ impl Drop for Client {
 struct Talk {
     stream: TcpStream,
     reader: PackageReader,
-    deadlines: Deadlines,
+    answer_within: Duration,
     sent: u64,
 }
 
@@ -277,7 +271,7 @@ impl Talk {
                 }
             }
             let waited = began.elapsed();
-            let rest = self.deadlines.answer.checked_sub(waited).filter(|rest| !rest.is_zero());
+            let rest = self.answer_within.checked_sub(waited).filter(|rest| !rest.is_zero());
             let Some(rest) = rest else { return Err(ClientError::Silent { waited }) };
             self.stream.set_read_timeout(Some(rest))?;
             match self.stream.read(&mut buffer) {

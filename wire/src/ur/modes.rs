@@ -1,4 +1,27 @@
-//! Modes and states of the controller by name.
+//! Modes and states of the controller by number and by name.
+
+/// `robot_mode` of an arm without power.
+pub const POWER_OFF: i64 = 3;
+/// `robot_mode` of an arm that can move.
+pub const RUNNING: i64 = 7;
+
+/// `safety_status` of an arm that can move.
+pub const NORMAL: i64 = 1;
+/// `safety_status` of an arm that can move with reduced limits.
+pub const REDUCED: i64 = 2;
+/// `safety_status` after the controller stopped the arm.
+pub const PROTECTIVE_STOP: i64 = 3;
+/// `safety_status` while an emergency stop of the system is pressed.
+pub const SYSTEM_EMERGENCY_STOP: i64 = 6;
+/// `safety_status` while that on the pendant is pressed.
+pub const ROBOT_EMERGENCY_STOP: i64 = 7;
+
+/// `runtime_state` of a controller whose program has ended.
+pub const STOPPED: i64 = 1;
+/// `runtime_state` of a program that runs.
+pub const PLAYING: i64 = 2;
+/// `runtime_state` of a program that was interrupted and can go on.
+pub const PAUSED: i64 = 4;
 
 /// Names from the number in their first place on.
 fn named(first: i64, names: &[&'static str], number: i64) -> String {

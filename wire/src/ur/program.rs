@@ -17,32 +17,37 @@ pub const PROGRAM: &str = include_str!("program/calibench.script");
 /// Value of the register `PROGRAM` while this program runs; another version of it has another.
 pub const PROGRAM_TOKEN: i64 = 330_001;
 
-/// Numbers of the general-purpose registers. Those from 24 on are for clients of RTDE.
+/// The general-purpose registers by which driver and program talk. Those from 24 on are for clients of RTDE.
 pub mod registers {
-    /// Integer input: number of the order.
-    pub const ORDER: usize = 24;
-    /// Integer input: what to do.
-    pub const ACTION: usize = 25;
-    /// Integer input: number of the order to be broken off.
-    pub const CANCEL: usize = 26;
-    /// Integer input: number of the order that may begin.
-    pub const BEGIN: usize = 27;
-    /// First of the six double inputs with the target.
-    pub const TARGET: usize = 24;
-    /// Double input: acceleration, rad/s² or m/s².
-    pub const ACCELERATION: usize = 30;
-    /// Double input: speed, rad/s or m/s.
-    pub const SPEED: usize = 31;
-    /// Integer output: number of the last order that ended.
-    pub const DONE: usize = 24;
-    /// Integer output: its outcome.
-    pub const RESULT: usize = 25;
-    /// Integer output: the token of the program.
-    pub const PROGRAM: usize = 26;
-    /// Integer output: counts the program's waiting cycles.
-    pub const ALIVE: usize = 27;
-    /// Integer output: number of the order that the program has seen.
-    pub const SEEN: usize = 28;
+    /// Number of the order.
+    pub const ORDER: &str = "input_int_register_24";
+    /// What to do.
+    pub const ACTION: &str = "input_int_register_25";
+    /// Number of the order to be broken off.
+    pub const CANCEL: &str = "input_int_register_26";
+    /// Number of the order that may begin.
+    pub const BEGIN: &str = "input_int_register_27";
+    /// The target's six numbers; acceleration, rad/s² or m/s²; speed, rad/s or m/s.
+    pub const TARGET: [&str; 8] = [
+        "input_double_register_24",
+        "input_double_register_25",
+        "input_double_register_26",
+        "input_double_register_27",
+        "input_double_register_28",
+        "input_double_register_29",
+        "input_double_register_30",
+        "input_double_register_31",
+    ];
+    /// Number of the last order that ended.
+    pub const DONE: &str = "output_int_register_24";
+    /// Its outcome.
+    pub const RESULT: &str = "output_int_register_25";
+    /// The token of the program.
+    pub const PROGRAM: &str = "output_int_register_26";
+    /// Counts the program's waiting cycles.
+    pub const ALIVE: &str = "output_int_register_27";
+    /// Number of the order that the program has seen.
+    pub const SEEN: &str = "output_int_register_28";
 }
 
 /// What an order asks for.
@@ -119,19 +124,20 @@ mod tests {
 
     #[test]
     fn the_program_names_its_token_and_its_registers() {
-        assert!(PROGRAM.contains(&format!("write_output_integer_register({}, {PROGRAM_TOKEN})", registers::PROGRAM)));
-        for (call, register) in [
-            ("read_input_integer_register", registers::ORDER),
-            ("read_input_integer_register", registers::ACTION),
-            ("read_input_integer_register", registers::CANCEL),
-            ("read_input_integer_register", registers::BEGIN),
-            ("read_input_float_register", registers::TARGET),
-            ("read_input_float_register", registers::TARGET + 5),
-            ("read_input_float_register", registers::ACCELERATION),
-            ("read_input_float_register", registers::SPEED),
-        ] {
-            assert!(PROGRAM.contains(&format!("{call}({register})")), "{call} {register}");
+        let calls = |register: &str, call: &str, then: &str| {
+            let (_, number) = register.rsplit_once('_').unwrap();
+            assert!(PROGRAM.contains(&format!("{call}({number}{then}")), "{call} {register}");
+        };
+        for register in [registers::ORDER, registers::ACTION, registers::CANCEL, registers::BEGIN] {
+            calls(register, "read_input_integer_register", ")");
         }
+        for register in registers::TARGET {
+            calls(register, "read_input_float_register", ")");
+        }
+        for register in [registers::DONE, registers::RESULT, registers::ALIVE, registers::SEEN] {
+            calls(register, "write_output_integer_register", ", ");
+        }
+        calls(registers::PROGRAM, "write_output_integer_register", &format!(", {PROGRAM_TOKEN})"));
         for action in [Action::Joints, Action::Line, Action::Tool, Action::Payload, Action::End] {
             assert!(PROGRAM.contains(&format!("action == {}", action.number())), "{action:?}");
         }

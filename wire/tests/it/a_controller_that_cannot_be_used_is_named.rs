@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-use calibench_wire::ur::{Client, ClientError, DataType, Datum, Deadlines, Package, PackageKind, PackageReader, Recipes};
+use calibench_wire::ur::{Client, ClientError, DataType, Datum, Package, PackageKind, PackageReader, Recipes};
 
 /// How the scripted controller answers.
 #[derive(Clone)]
@@ -81,7 +81,7 @@ fn serve(script: Script) -> TcpStream {
 
 fn client(script: Script) -> Result<Client, ClientError> {
     let recipes = Recipes { outputs: &["timestamp", "payload"], inputs: &[&["input_int_register_24"]] };
-    Client::start(serve(script), &recipes, Deadlines { answer: Duration::from_millis(300) })
+    Client::start(serve(script), &recipes, Duration::from_millis(300))
 }
 
 fn said(script: Script) -> String {

@@ -166,7 +166,7 @@ impl Value {
     }
 }
 
-/// What is left of the permitted size while values are being collected: the sum is checked before it has grown.
+/// The part of the permitted size that is not used yet, while values are being collected: the sum is checked before it has grown.
 pub(crate) struct Allowance {
     left: usize,
 }

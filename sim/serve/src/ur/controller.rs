@@ -5,33 +5,15 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use calibench::cell::Manipulator;
-use calibench::robot::{Pose, Robot, rotation_vector};
+use calibench::cell::ur::{numbers_of, pose_of};
+use calibench::robot::{Pose, Robot};
+use calibench_wire::ur::modes::{NORMAL, PAUSED, PLAYING, POWER_OFF, PROTECTIVE_STOP, ROBOT_EMERGENCY_STOP, RUNNING, STOPPED};
 use calibench_wire::ur::{DataType, Datum, input_type, output_type};
-use nalgebra::{Rotation3, Translation3, Vector3};
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
 use crate::arm::{Arm, NotThere};
 use crate::floor::Floor;
-
-/// Values of `robot_mode`.
-const POWER_OFF: i64 = 3;
-/// The arm can move.
-const RUNNING: i64 = 7;
-
-/// Values of `safety_status`.
-const NORMAL: i64 = 1;
-/// The controller stopped the arm.
-const PROTECTIVE_STOP: i64 = 3;
-/// The emergency stop on the pendant is pressed.
-const ROBOT_EMERGENCY_STOP: i64 = 7;
-
-/// Values of `runtime_state`.
-const STOPPED: i64 = 1;
-/// The program runs.
-const PLAYING: i64 = 2;
-/// It was interrupted and can go on.
-const PAUSED: i64 = 4;
 
 /// `joint_mode` of a joint that can move.
 const JOINT_RUNNING: i64 = 253;
@@ -95,8 +77,8 @@ impl Controller {
             "actual_q" => Datum::Reals(arm.measured()),
             "target_q" => Datum::Reals(arm.joints()),
             "actual_qd" | "target_qd" => Datum::Reals(arm.speeds()),
-            "actual_TCP_pose" => Datum::Reals(numbers(&self.tool_at(&arm.measured())).to_vec()),
-            "target_TCP_pose" => Datum::Reals(numbers(&self.tool_at(&arm.joints())).to_vec()),
+            "actual_TCP_pose" => Datum::Reals(numbers_of(&self.tool_at(&arm.measured())).to_vec()),
+            "target_TCP_pose" => Datum::Reals(numbers_of(&self.tool_at(&arm.joints())).to_vec()),
             "tcp_offset" => Datum::Reals(self.tool().to_vec()),
             "robot_mode" => integer(self.robot_mode.get()),
             "safety_status" | "safety_mode" => integer(self.safety.get()),
@@ -171,7 +153,7 @@ impl Controller {
 
     /// Pose of the tool in the base with these joints, rad.
     pub fn tool_at(&self, q: &[f64]) -> Pose {
-        self.arm.posture(q).flange().pose() * pose(self.tool())
+        self.arm.posture(q).flange().pose() * pose_of(self.tool())
     }
 
     /// True if a program runs.
@@ -268,15 +250,4 @@ impl Controller {
         }
         is_stopped
     }
-}
-
-/// The pose of six numbers: place, m, and rotation vector, rad.
-pub fn pose([x, y, z, rx, ry, rz]: [f64; 6]) -> Pose {
-    Pose::from_parts(Translation3::new(x, y, z), Rotation3::new(Vector3::new(rx, ry, rz)))
-}
-
-/// The six numbers of a pose.
-pub fn numbers(pose: &Pose) -> [f64; 6] {
-    let (place, turn) = (pose.translation.vector, rotation_vector(&pose.rotation));
-    [place.x, place.y, place.z, turn.x, turn.y, turn.z]
 }

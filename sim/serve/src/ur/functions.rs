@@ -3,11 +3,12 @@
 use std::rc::Rc;
 use std::time::Duration;
 
+use calibench::cell::ur::{numbers_of, pose_of};
 use calibench::robot::FramePose;
 use calibench_wire::ur::Datum;
 use tokio::time::sleep;
 
-use super::controller::{Controller, numbers, pose};
+use super::controller::Controller;
 use crate::arm::{NotThere, Way};
 use crate::fault::Fault;
 use crate::script::{Arguments, Host, Trouble, Value};
@@ -64,15 +65,15 @@ impl Host for Functions {
             }
             "get_forward_kin" => {
                 let q = arguments.numbers(0, "q").unwrap_or_else(|| arm.joints());
-                return Ok(Value::Pose(numbers(&controller.tool_at(&six(&q)?))));
+                return Ok(Value::Pose(numbers_of(&controller.tool_at(&six(&q)?))));
             }
             "get_actual_joint_positions" => return Ok(list(&arm.measured())),
             "get_target_joint_positions" => return Ok(list(&arm.joints())),
-            "get_actual_tcp_pose" => return Ok(Value::Pose(numbers(&controller.tool_at(&arm.measured())))),
-            "get_target_tcp_pose" => return Ok(Value::Pose(numbers(&controller.tool_at(&arm.joints())))),
+            "get_actual_tcp_pose" => return Ok(Value::Pose(numbers_of(&controller.tool_at(&arm.measured())))),
+            "get_target_tcp_pose" => return Ok(Value::Pose(numbers_of(&controller.tool_at(&arm.joints())))),
             "get_tcp_offset" => return Ok(Value::Pose(controller.tool())),
             "get_steptime" => return Ok(Value::Float(CYCLE.as_secs_f64())),
-            "set_tcp" => controller.set_tool(pose_of(arguments, 0, "pose")?),
+            "set_tcp" => controller.set_tool(pose_argument(arguments, 0, "pose")?),
             "set_payload" | "set_target_payload" => {
                 let com = arguments.numbers(1, "cog").unwrap_or_default();
                 let at = |k: usize| com.get(k).copied().unwrap_or_default();
@@ -80,11 +81,11 @@ impl Host for Functions {
             }
             "get_target_payload" => return Ok(Value::Float(controller.output("payload").real())),
             "pose_trans" => {
-                return Ok(Value::Pose(numbers(
-                    &(pose(pose_of(arguments, 0, "p_from")?) * pose(pose_of(arguments, 1, "p_from_to")?)),
+                return Ok(Value::Pose(numbers_of(
+                    &(pose_of(pose_argument(arguments, 0, "p_from")?) * pose_of(pose_argument(arguments, 1, "p_from_to")?)),
                 )));
             }
-            "pose_inv" => return Ok(Value::Pose(numbers(&pose(pose_of(arguments, 0, "p_from")?).inverse()))),
+            "pose_inv" => return Ok(Value::Pose(numbers_of(&pose_of(pose_argument(arguments, 0, "p_from")?).inverse()))),
             "set_speed" => controller.take_inputs(slider(number(arguments, 0, "fraction")?)),
             _ if WITHOUT_EFFECT.contains(&name) => {}
             _ => return self.register(name, arguments),
@@ -135,8 +136,8 @@ impl Functions {
         let controller = &self.controller;
         let joints = match arguments.pose(0, "pose") {
             Some(target) => {
-                let tool = FramePose::from_pose(&pose(controller.tool()));
-                controller.arm.joints_for(&pose(target), &tool)
+                let tool = FramePose::from_pose(&pose_of(controller.tool()));
+                controller.arm.joints_for(&pose_of(target), &tool)
             }
             None => Some(six(&arguments.numbers(0, "q").unwrap_or_default())?.to_vec()),
         };
@@ -185,7 +186,7 @@ fn number(arguments: &Arguments, position: usize, name: &str) -> Result<f64, Tro
     arguments.number(position, name).ok_or_else(|| Trouble::new(format!("the argument {name} is not a number")))
 }
 
-fn pose_of(arguments: &Arguments, position: usize, name: &str) -> Result<[f64; 6], Trouble> {
+fn pose_argument(arguments: &Arguments, position: usize, name: &str) -> Result<[f64; 6], Trouble> {
     arguments.pose(position, name).ok_or_else(|| Trouble::new(format!("the argument {name} is not a pose")))
 }
 

@@ -4,6 +4,7 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
+use calibench::cell::ur::numbers_of;
 use calibench_wire::ur::CartesianInfo;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -11,7 +12,6 @@ use tokio::task::spawn_local;
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::Controller;
-use super::controller::numbers;
 use super::functions::Functions;
 use crate::script::{MAX_TEXT, parse, run};
 
@@ -46,7 +46,7 @@ async fn serve(mut stream: TcpStream, controller: &Rc<Controller>, sends_state: 
             read = stream.read(&mut buffer) => read?,
             _ = clock.tick(), if sends_state => {
                 let state = CartesianInfo {
-                    base_from_tool: numbers(&controller.tool_at(&controller.arm.measured())),
+                    base_from_tool: numbers_of(&controller.tool_at(&controller.arm.measured())),
                     flange_from_tool: controller.tool(),
                 };
                 stream.write_all(&state.encode()).await?;

@@ -4,7 +4,7 @@ use super::Cell;
 use crate::cell::gauge::{CellGauge, PortError};
 use crate::cell::{Driver, DriverError, StopRequest};
 use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, rotation_vector};
+use crate::robot::{FramePose, apart};
 
 impl Cell {
     /// Opens all three indicators.
@@ -37,7 +37,6 @@ impl Cell {
     pub fn disagreement(&self, robot: &mut dyn Driver, q: &[f64]) -> Result<(f64, f64), DriverError> {
         let root_from_flange = robot.frames()?.root_from_flange();
         let modelled = world_from_tool(&self.dataset.robot, &FramePose::default(), &self.last_frame_from_flange, q);
-        let between = modelled.inv_mul(&root_from_flange);
-        Ok((between.translation.vector.norm(), rotation_vector(&between.rotation).norm()))
+        Ok(apart(&modelled, &root_from_flange))
     }
 }
