@@ -15,8 +15,7 @@ const AS_SET: [f64; 3] = [1e-3 * MM, 1e-3 * DEG, 1e-3];
 
 impl Driver for UrRobot {
     fn state(&mut self) -> Result<ControllerState, DriverError> {
-        let runs = self.runs().map_err(DriverError::new)?;
-        let seen = self.link.state().map_err(DriverError::new)?;
+        let (seen, runs) = self.with_program().map_err(DriverError::new)?;
         let program = runtime_state(seen.integer("runtime_state"));
         let safety = seen.integer("safety_status");
         let unfit = match Self::unfit(&seen) {

@@ -39,6 +39,10 @@ const BRAKING: Duration = Duration::from_secs(2);
 /// Attempts to have an order confirmed in time.
 const TRIES: usize = 3;
 
+/// Longest time in which a program that runs shows it: longer than it waits for an order to be confirmed, which is a second at
+/// the controllers before the e-Series.
+const SHOWING: Duration = Duration::from_secs(2);
+
 /// Longest time for a program to start.
 const STARTING: Duration = Duration::from_secs(5);
 
@@ -75,22 +79,21 @@ impl UrRobot {
         None
     }
 
-    /// True if the program of this library runs on the controller. A program that waits counts, one that moves says so.
-    pub(super) fn runs(&mut self) -> Result<bool, UrError> {
-        let first = self.link.state()?;
-        if !is_playing(&first) || first.integer(registers::PROGRAM) != PROGRAM_TOKEN {
-            return Ok(false);
-        }
-        if is_under_way(&first) {
-            return Ok(true);
-        }
-        // The registers of a program that was stopped keep their values; that of a running one counts on.
-        for _ in 0..3 {
-            if self.link.state()?.integer(registers::ALIVE) != first.integer(registers::ALIVE) {
-                return Ok(true);
+    /// The state, and whether the program of this library runs. A program that begins or ends, or that waits for an order to be
+    /// confirmed, gets the time to show itself: the registers of one that was stopped keep their values, that of a running one counts on.
+    pub(super) fn with_program(&mut self) -> Result<(Seen, bool), UrError> {
+        let began = Instant::now();
+        let first = self.link.state()?.integer(registers::ALIVE);
+        loop {
+            let seen = self.link.state()?;
+            let counts = seen.integer(registers::ALIVE) != first;
+            let runs =
+                is_playing(&seen) && seen.integer(registers::PROGRAM) == PROGRAM_TOKEN && (counts || is_under_way(&seen));
+            let is_settled = matches!(seen.integer("runtime_state"), modes::STOPPED | modes::PAUSED);
+            if runs || is_settled || began.elapsed() > SHOWING {
+                return Ok((seen, runs));
             }
         }
-        Ok(false)
     }
 
     /// Sets the speed override, %, and verifies it.
@@ -111,7 +114,7 @@ impl UrRobot {
     }
 
     /// Reason why the program cannot be started, if it does not run already.
-    pub(super) fn unfit_to_start(&mut self, seen: &Seen) -> Option<String> {
+    pub(super) fn unfit_to_start(&self, seen: &Seen) -> Option<String> {
         match seen.integer("runtime_state") {
             modes::PLAYING => return Some("another program runs on its controller: stop it on the pendant".into()),
             modes::STOPPED => {}
@@ -123,11 +126,11 @@ impl UrRobot {
 
     /// Starts the program unless it runs.
     pub(super) fn start_program(&mut self) -> Result<(), ManipulatorError> {
-        let seen = self.link.state()?;
+        let (seen, runs) = self.with_program()?;
         if let Some(reason) = Self::unfit(&seen) {
             return Err(ManipulatorError::Stopped { reason });
         }
-        if self.runs()? {
+        if runs {
             if let Some(reason) = pending(&seen) {
                 return Err(ManipulatorError::Refused { reason });
             }
@@ -137,7 +140,7 @@ impl UrRobot {
             }
             self.link.send_program()?;
             let began = Instant::now();
-            while !self.runs()? {
+            while !self.with_program()?.1 {
                 if began.elapsed() > STARTING {
                     let message = self.link.message().map(|words| format!(" (\"{words}\")")).unwrap_or_default();
                     let reason = format!("its controller does not start the program{message}; see the log on the pendant");
