@@ -5,13 +5,17 @@ mod start_error;
 
 pub use start_error::StartError;
 
+use std::fmt;
+
 use crate::cell::Manipulator;
 use crate::cell::gauge::{CellGauge, PresetManner};
 use crate::measure::campaign::cell::Cell;
 use crate::measure::campaign::journal::JournalSession;
 use crate::measure::campaign::mastering::{Attendant, master, still_mastered};
+use crate::measure::dataset::Dataset;
 use crate::measure::poses::ways::{ArmAt, HomeWays, MasteringPlace, WayFinder, WayRequest, Whereabouts, whereabouts};
 use crate::measure::poses::{PlannedPose, ProbingPlan};
+use crate::robot::solids::{Clearance, Narrowest, Solid, SweptCheck};
 use crate::units::{DEG, MM};
 
 /// Seed of the search for a way home: the same position gives the same way.
@@ -21,30 +25,81 @@ const WAY_SEED: u64 = 1;
 /// distance between balls.
 const CLEAR_OF_BALLS: f64 = 50.0 * MM;
 
-/// Checks that the guards permit every motion of a plan; nothing moves.
+/// Checks that the guards permit every motion of a plan, and that none touches a body that the cell names now, which may not be
+/// those of the plan; nothing moves.
 ///
 /// # Errors
 /// The forbidden motions.
 pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
-    let mut forbidden: Vec<String> = Vec::new();
-    let mut judge = |what: String, way: &[Vec<f64>]| {
-        let why = way.windows(2).find_map(|leg| cell.guards.joint_motion(&leg[0], &leg[1]).err());
-        forbidden.extend(why.map(|why| format!("{what}: {why}")));
-    };
-    let touching = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance.filter(|gap| *gap <= 0.0)?)));
-    let touching: Vec<String> = touching.map(|(pose, _)| format!("pose '{}' has no clearance", pose.id)).collect();
-    for (name, way) in motions(plan) {
-        judge(name, &way);
+    let Dataset { robot, base, tool, .. } = &cell.dataset;
+    let mut swept = cell.surroundings.as_ref().map(|bodies| SweptCheck::new(robot, base, tool, bodies));
+    let (mut forbidden, mut touching) = (Vec::new(), Vec::new());
+    for motion in motions(plan) {
+        let legs = || motion.way.windows(2).map(|leg| (&leg[0], &leg[1]));
+        if let Some(why) = legs().find_map(|(from, to)| cell.guards.joint_motion(from, to).err()) {
+            forbidden.push(format!("{motion}: {why}"));
+        }
+        let gap = swept.as_mut().and_then(|swept| {
+            let ball = motion.ball.and_then(|k| swept.fixed_named(&Solid::ball_name(&cell.dataset.balls.get(k)?.id)));
+            legs().filter_map(|(from, to)| swept.narrowest(from, to, 0.0, ball)).find(|gap| gap.clearance.distance <= 0.0)
+        });
+        touching.extend(
+            gap.map(|Narrowest { clearance: Clearance { between: [a, b], .. }, .. }| format!("{motion}: {a} hits {b}")),
+        );
     }
-    forbidden.extend(touching);
-    if forbidden.is_empty() { Ok(()) } else { Err(StartError::Forbidden { motions: forbidden }) }
+    let gapless = plan.poses.iter().filter(|pose| pose.clearance.is_some_and(|gap| gap <= 0.0));
+    forbidden.extend(gapless.map(|pose| format!("pose '{}' has no clearance", pose.id)));
+    match (forbidden.is_empty(), touching.is_empty()) {
+        (true, true) => Ok(()),
+        (true, false) => Err(StartError::Touching { motions: touching }),
+        (false, _) => Err(StartError::Forbidden { motions: forbidden }),
+    }
 }
 
-/// Every way of a plan by name: from pose to pose, onto each ball, and to and from home.
-pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
+/// A way of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedWay<'a> {
+    /// The pose to or from which it leads; `None` for the mastering posture.
+    pub pose: Option<&'a PlannedPose>,
+    /// What it is for.
+    pub purpose: WayPurpose,
+    /// The ball that the gauge may touch on it, by its index in the artifact.
+    pub ball: Option<usize>,
+    /// The joints on it, both ends included, rad (N).
+    pub way: Vec<Vec<f64>>,
+}
+
+/// What a way of a plan is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WayPurpose {
+    /// To the approach of a pose, from that of the pose before or from home.
+    Approach,
+    /// From the approach onto the ball; back it is the same.
+    Contact,
+    /// From the approach home.
+    Home,
+    /// From home to the mastering posture; back it is the same.
+    Mastering,
+}
+
+impl fmt::Display for PlannedWay<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let id = self.pose.map_or("", |pose| pose.id.as_str());
+        match self.purpose {
+            WayPurpose::Approach => write!(f, "the way to '{id}'"),
+            WayPurpose::Contact => write!(f, "onto the ball of '{id}'"),
+            WayPurpose::Home => write!(f, "the way home from '{id}'"),
+            WayPurpose::Mastering => f.write_str("the way to the mastering"),
+        }
+    }
+}
+
+/// Every way of a plan: from pose to pose, onto each ball, and to and from home.
+pub fn motions(plan: &ProbingPlan) -> Vec<PlannedWay<'_>> {
     let mut all = Vec::new();
     let mut before: Option<&PlannedPose> = None;
     for pose in &plan.poses {
+        let of_pose = |purpose, way| PlannedWay { pose: Some(pose), purpose, ball: None, way };
         let comes_from = before.filter(|b| !pose.reserve && b.payload == pose.payload);
         let from = match (comes_from, &plan.ways) {
             (Some(before), _) => vec![before.approach.clone()],
@@ -54,19 +109,20 @@ pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
         let to = [from.as_slice(), &pose.via, std::slice::from_ref(&pose.approach)].concat();
         // The position of the arm before the first motion is unknown; then only its end is checked.
         let to = if to.len() == 1 { vec![to[0].clone(), to[0].clone()] } else { to };
-        all.push((format!("the way to '{}'", pose.id), to));
-        all.push((format!("onto the ball of '{}'", pose.id), vec![pose.approach.clone(), pose.contact.clone()]));
+        all.push(of_pose(WayPurpose::Approach, to));
+        let onto = vec![pose.approach.clone(), pose.contact.clone()];
+        all.push(PlannedWay { ball: Some(pose.ball), ..of_pose(WayPurpose::Contact, onto) });
         if let Some(ways) = &plan.ways {
             let home = [std::slice::from_ref(&pose.approach), ways.home_from(&pose.id).as_slice()].concat();
-            all.push((format!("the way home from '{}'", pose.id), home));
+            all.push(of_pose(WayPurpose::Home, home));
         }
         if !pose.reserve {
             before = Some(pose);
         }
     }
     if let Some((ways, place)) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
-        let to = [std::slice::from_ref(&ways.home), place.way.via.as_slice(), std::slice::from_ref(&place.q)].concat();
-        all.push(("the way to the mastering".to_owned(), to));
+        let way = [std::slice::from_ref(&ways.home), place.way.via.as_slice(), std::slice::from_ref(&place.q)].concat();
+        all.push(PlannedWay { pose: None, purpose: WayPurpose::Mastering, ball: None, way });
     }
     all
 }

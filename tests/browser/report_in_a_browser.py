@@ -136,6 +136,43 @@ def deeds(page):
     return found
 
 
+def film(page):
+    """What a reader does with the film of a plan, and what does not follow from it, in words."""
+    found = []
+
+    def expect(holds, otherwise):
+        if not holds:
+            found.append(otherwise)
+
+    narrowest, shown = page.evaluate(SAMPLE), page.evaluate(PICTURE)
+    first = page.locator("main table button").first
+    expect(narrowest.startswith(f"{first.inner_text()} of "), f"the film begins at {narrowest}, not at the least clearance")
+    page.click("text='›'")
+    page.wait_for_timeout(150)
+    expect(page.evaluate(SAMPLE) != narrowest and page.evaluate(PICTURE) != shown, "the next motion is not shown")
+    first.click()
+    page.wait_for_timeout(150)
+    expect(page.evaluate(SAMPLE) == narrowest and page.evaluate(PICTURE) == shown, "a motion of the table is not shown")
+    page.fill(".tools input[type=range]", "0")
+    expect(page.evaluate(SAMPLE).startswith("1 of "), "the slider does not lead to the first motion")
+    page.click("text='Play'")
+    for _ in range(100):
+        page.wait_for_timeout(100)
+        if not page.evaluate(SAMPLE).startswith("1 of "):
+            break
+    expect(not page.evaluate(SAMPLE).startswith("1 of "), "the film does not play")
+    page.click("text='Pause'")
+    page.wait_for_timeout(150)
+    stopped = page.evaluate(PICTURE)
+    page.wait_for_timeout(300)
+    expect(page.evaluate(PICTURE) == stopped, "the film does not pause")
+    page.locator(".space").focus()
+    page.keyboard.press("ArrowLeft")
+    page.wait_for_timeout(100)
+    expect(page.evaluate(PICTURE) != stopped, "the keys do not turn the view")
+    return found
+
+
 def faults(browser, page_file, pictures):
     """Everything that is wrong with a page, in words."""
     found = []
@@ -178,7 +215,8 @@ def faults(browser, page_file, pictures):
                 where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
                 found.append(f"{name}: {violation['impact'] or 'minor'}: {violation['id']}: {violation['help']} ({where})")
         if name == "light":
-            found += [f"{name}: {what}" for what in deeds(page)]
+            does = film if page.evaluate("'pictures' in JSON.parse(document.getElementById('data').textContent)") else deeds
+            found += [f"{name}: {what}" for what in does(page)]
         context.close()
     return found
 

@@ -9,13 +9,14 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 14] = [
+const PACKAGES: [(&str, &[&str]); 15] = [
     ("src", &["calibench_wire"]),
     ("wire/src", &[]),
     ("programs/src", &["calibench"]),
     ("logs/src", &["calibench"]),
     ("discover/src", &["calibench"]),
     ("report/src", &["calibench", "calibench_discover"]),
+    ("rehearsal/src", &["calibench", "calibench_report"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
     ("sim/lab/src", &["calibench", "calibench_report", "calibench_sim"]),
@@ -32,6 +33,7 @@ const PACKAGES: [(&str, &[&str]); 14] = [
             "calibench_logs",
             "calibench_discover",
             "calibench_report",
+            "calibench_rehearsal",
             "calibench_workbench",
             "calibench_sim",
             "calibench_lab",

@@ -128,7 +128,7 @@ fn it_keeps_to_the_guards_of_the_cell() {
         |guards: &str| CELL.replace("[[indicator]]\naxis = \"x\"", &format!("[guards]\n{guards}\n[[indicator]]\naxis = \"x\""));
     let rehearsed = |folder: &TempDir, plan: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
-        let arguments = ["measure", "--cell", "cell.toml", "--plan", plan, "--dry-run"];
+        let arguments = ["measure", "--cell", "cell.toml", "--plan", plan, "--dry-run", "--page", "page.html"];
         command.current_dir(folder.path()).args(arguments).output().unwrap()
     };
     let folder = folder(&with_box(guards), |_| {});
@@ -142,4 +142,7 @@ fn it_keeps_to_the_guards_of_the_cell() {
     let allowed = rehearsed(&folder, "inside.toml");
     let said = String::from_utf8_lossy(&allowed.stdout).into_owned();
     assert!(allowed.status.success() && said.contains("the least clearance is"), "{said}");
+    let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+    let sentence = said.lines().find(|line| line.starts_with("the least clearance is")).unwrap();
+    assert!(page.contains(sentence), "the page and the terminal say the same: {sentence}");
 }

@@ -25,6 +25,18 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 /**
+ * A button.
+ * @param {string} name
+ * @param {() => void} act
+ * @param {string | null} title
+ */
+export function button(name, act, title = null) {
+  const made = element("button", { type: "button", title, "aria-label": title }, name);
+  made.addEventListener("click", act);
+  return made;
+}
+
+/**
  * Children without those that are not there, one after the other.
  * @param {Child} children
  * @returns {(Node | string)[]}

@@ -1,11 +1,9 @@
 // @ts-check
 // A view in space in the hand: mouse, touch and keys.
 
-import { lookAt } from "./linked.js";
-
 /**
  * From where one looks to another view; at once for those who do not want motion.
- * @param {ViewInSpace} view
+ * @param {{ azimuth: number, elevation: number, zoom: number }} view
  * @param {number[]} to azimuth and elevation, rad
  * @param {() => void} paint
  */
@@ -35,8 +33,9 @@ export function goTo(view, [azimuth, elevation], paint) {
  * @param {(by: number) => void} acts.zoom
  * @param {(by: number) => void} acts.step from sample to sample
  * @param {(x: number, y: number) => string | null} acts.nearest the sample at a place
+ * @param {(id: string | null) => void} acts.mark a sample, or none
  */
-export function handle(host, { turn, zoom, step, nearest }) {
+export function handle(host, { turn, zoom, step, nearest, mark }) {
   /** @type {Map<number, [x: number, y: number]>} */
   const held = new Map();
   let spread = 0;
@@ -48,7 +47,7 @@ export function handle(host, { turn, zoom, step, nearest }) {
   const point = (event) => {
     const { left, top } = host.getBoundingClientRect();
     const id = nearest(event.clientX - left, event.clientY - top);
-    if (id) lookAt(id);
+    if (id) mark(id);
   };
   host.addEventListener("pointerdown", (event) => {
     held.set(event.pointerId, [event.clientX, event.clientY]);
@@ -94,7 +93,7 @@ export function handle(host, { turn, zoom, step, nearest }) {
     "-": () => zoom(1 / 1.15),
     "]": () => step(1),
     "[": () => step(-1),
-    Escape: () => lookAt(null, "no sample marked"),
+    Escape: () => mark(null),
   };
   host.addEventListener("keydown", (event) => {
     const act = event.ctrlKey || event.metaKey || event.altKey ? null : keys[event.key];

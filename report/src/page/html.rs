@@ -25,6 +25,7 @@ const MODULES: &[Module] = modules!("calibench-report", ".":
     "drawing.js",
     "drawn.js",
     "elements.js",
+    "eye.js",
     "falling.js",
     "handling.js",
     "heat_map.js",
@@ -73,9 +74,9 @@ pub fn page_html(document: &Value) -> String {
 }
 
 /// A page of charts on any subject, in the style of the report: `script` finds the document in the element `data` and may import
-/// the modules of the report; `title` is markup and is not escaped.
-pub fn chart_page_html(title: &str, script: Module, document: &Value) -> String {
-    let (data, head, script) = (embedded(document), page_script(HEAD, &[]), page_script(script, &[]));
+/// the modules of the report and `more`; `title` is markup and is not escaped.
+pub fn chart_page_html(title: &str, script: Module, more: &[Module], document: &Value) -> String {
+    let (data, head, script) = (embedded(document), page_script(HEAD, &[]), page_script(script, more));
     let parts = [
         ("POLICY", POLICY),
         ("TITLE", title),

@@ -1,16 +1,14 @@
 // @ts-check
 // The arm and its residuals in space, painted as they are seen from one place.
 
+import { eyeOn, filling } from "./eye.js";
 import { lookedAt } from "./linked.js";
 import { roundUp, ticks } from "./scales.js";
 import { AXES, digits } from "./text.js";
 
 /** @typedef {[x: number, y: number]} Place on the screen, px */
-/** @typedef {[x: number, y: number, depth: number, near: number]} Seen a place, how far in front, and px a mm there */
-/** @typedef {(point: number[]) => Seen} Eye */
-
-// How far the eye is away, in radii of the scene.
-const EYE = 5;
+/** @typedef {import("./eye.js").Seen} Seen */
+/** @typedef {import("./eye.js").Eye} Eye */
 
 // Number of colours of the arrows.
 const SHADES = 12;
@@ -61,22 +59,10 @@ export function paintSpace(host, theme, { width, height, view, scene, balls }) {
   const renderer = zrender.init(host, { renderer: paper ? "svg" : "canvas", width, height });
   const root = new graphic.Group();
   renderer.add(root);
-  const unit = (0.6 * Math.min(0.9 * width, height)) / scene.radius;
+  const unit = filling(width, height, scene.radius);
   /** @type {Place[][]} */
   let tips = [];
 
-  /** @returns {Eye} */
-  const eye = () => {
-    const [ca, sa] = [Math.cos(view.azimuth), Math.sin(view.azimuth)];
-    const [ce, se] = [Math.cos(view.elevation), Math.sin(view.elevation)];
-    return (point) => {
-      const [x, y, z] = point.map((v, k) => v - scene.centre[k]);
-      const [forward, right] = [x * ca + y * sa, -x * sa + y * ca];
-      const depth = (forward * ce + z * se) / scene.radius;
-      const near = (unit * view.zoom * EYE) / (EYE - depth);
-      return [width / 2 + right * near, height / 2 - (z * ce - forward * se) * near, depth, near];
-    };
-  };
   /** @type {(a: Seen, b: Seen, style: Option, z2: number) => void} */
   const line = (a, b, style, z2) => {
     const shape = { x1: a[0], y1: a[1], x2: b[0], y2: b[1] };
@@ -186,7 +172,7 @@ export function paintSpace(host, theme, { width, height, view, scene, balls }) {
   };
   const paint = () => {
     root.removeAll();
-    const at = eye();
+    const at = eyeOn({ ...scene, width, height }, view);
     const arrows = scene.arrows[view.model];
     const marked = scene.ids.findIndex((id) => id === lookedAt.id);
     const largest = arrows.reduce((most, a, k) => (length(a) > length(arrows[most]) ? k : most), 0);

@@ -3,7 +3,8 @@
 // axes of the base.
 
 import { drawn } from "./drawn.js";
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
+import { VIEWS } from "./eye.js";
 import { goTo, handle } from "./handling.js";
 import { awaited } from "./key.js";
 import { lookAt, lookedAt } from "./linked.js";
@@ -11,12 +12,6 @@ import { residualMaps } from "./maps.js";
 import { paintSpace } from "./painting.js";
 import { sceneOf } from "./scene.js";
 import { digits, millimetres } from "./text.js";
-
-/**
- * Views by a button: azimuth and elevation of the eye, rad.
- * @type {Record<string, [azimuth: number, elevation: number]>}
- */
-const VIEWS = { Oblique: [-0.9, 0.42], Front: [0, 0], Side: [-Math.PI / 2, 0], Above: [-Math.PI / 2, Math.PI / 2] };
 
 /**
  * @param {Report} report
@@ -96,8 +91,10 @@ export function space(report) {
     view.zoom = Math.max(0.5, Math.min(12, view.zoom * by));
     paint();
   };
+  /** @param {string | null} id */
+  const mark = (id) => lookAt(id, id === null ? "no sample marked" : null);
   tell();
-  handle(host, { turn, zoom, step, nearest: (x, y) => painter?.nearest(x, y) ?? null });
+  handle(host, { turn, zoom, step, nearest: (x, y) => painter?.nearest(x, y) ?? null, mark });
   const tools = [
     Object.keys(VIEWS).map((name) => button(name, () => goTo(view, VIEWS[name], paint))),
     button("+", () => zoom(1.25), "Zoom in"),
@@ -113,17 +110,6 @@ export function space(report) {
     element("figure", {}, host, told, element("figcaption", {}, colours(residuals, given, scene))),
     residualMaps(report, given),
   ];
-}
-
-/**
- * @param {string} name
- * @param {() => void} act
- * @param {string | null} title
- */
-function button(name, act, title = null) {
-  const made = element("button", { type: "button", title, "aria-label": title }, name);
-  made.addEventListener("click", act);
-  return made;
 }
 
 /**

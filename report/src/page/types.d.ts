@@ -53,7 +53,10 @@ interface Chart {
 
 declare const echarts: {
   init(host: HTMLElement, theme: null, options: object): Chart;
-  graphic: Record<"Group" | "Line" | "Text" | "Circle", new (options?: Option) => GraphicElement> & {
+  graphic: Record<
+    "Group" | "Line" | "Text" | "Circle" | "Polygon" | "Polyline",
+    new (options?: Option) => GraphicElement
+  > & {
     extendShape(shape: object): new (options: Option) => GraphicElement;
   };
   zrender: { init(host: HTMLElement, options: object): { add(element: GraphicElement): void; dispose(): void } };

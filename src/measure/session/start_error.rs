@@ -21,6 +21,12 @@ pub enum StartError {
         /// Each motion, and why it is forbidden.
         motions: Vec<String>,
     },
+    /// Motions of the plan touch bodies of the cell; nothing has moved.
+    #[error("{}{}; nothing has moved; plan again with `calibench plan CELL`, which keeps clear of the bodies of its scene, or correct the scene", motions.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; "), rest(motions.len()))]
+    Touching {
+        /// Each motion, and what hits what.
+        motions: Vec<String>,
+    },
     /// The arm is on no motion of the plan, and the cell file does not name the bodies around it.
     #[error(
         "{}: surroundings.scene: is missing, and the arm is on no motion of the plan; name a scene.toml with the bodies around it, or {}",

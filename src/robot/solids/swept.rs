@@ -84,6 +84,19 @@ impl<'a> SweptCheck<'a> {
         }
     }
 
+    /// The check of one body of the arm, by its name, against all others.
+    #[must_use]
+    pub fn of_body(mut self, name: &str) -> Self {
+        let keeps = |&[i, j]: &[usize; 2]| [i, j].iter().any(|&k| k < self.check.moving && self.check.solids[k].name == name);
+        let kept: Vec<bool> = self.check.pairs.iter().map(keeps).collect();
+        let (mut pairs, mut levers) = (kept.iter(), kept.iter());
+        self.check.pairs.retain(|_| *pairs.next().unwrap_or(&false));
+        self.levers.retain(|_| *levers.next().unwrap_or(&false));
+        self.pace.truncate(self.levers.len());
+        self.due.truncate(self.levers.len());
+        self
+    }
+
     /// The index of a fixed body, for motions that may touch it.
     pub fn fixed_named(&self, name: &str) -> Option<usize> {
         self.check.fixed_named(name)

@@ -5,6 +5,7 @@ use std::path::Path;
 use calibench::cell::gauge::Traffic;
 use calibench::cell::{Indicator, IndicatorError, StopRequest};
 use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::robot::{FramePose, rotation_vector};
 use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;
 
@@ -81,6 +82,9 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
     let outside = cell.guards.joint_motion(&joints, &joints).err();
     let (distance, angle) = cell.disagreement(robot.as_mut(), &joints).map_err(|e| e.to_string())?;
     let model = disagreement_verdict(distance, angle);
+    let tool = robot.frames().map_err(|e| e.to_string())?.flange_from_tool;
+    let step = tool.pose().inv_mul(&cell.flange_from_tool().pose());
+    let (moved, turned) = (step.translation.vector.norm(), rotation_vector(&step.rotation).norm());
     let list = |values: &[f64], unit: f64| values.iter().map(|v| format!("{:.3}", v / unit)).collect::<Vec<_>>().join(", ");
     let fails = |why: Option<String>| why.map(|why| format!("FAILS: {why}")).unwrap_or_default();
     let Traffic { sent, received } = robot.traffic();
@@ -91,14 +95,32 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
         Some(true) => "PRESSED",
         Some(false) => "not pressed",
     };
+    let own_model = "it is not that of the nominal arm: the controller has been calibrated, or the model is of another arm";
+    let own_model = if distance > NOMINAL { own_model } else { "" };
+    let sets_speed = state.speed_percent.round() as i64 != i64::from(cell.speed_percent);
+    let sets_tool = moved > SAME_TOOL.0 || turned > SAME_TOOL.1;
+    let will_set = |differs: bool, to: String| if differs { format!("measure sets {to}") } else { String::new() };
+    let millimetres = |pose: &FramePose| list(&pose.xyz, MM);
     let rows = vec![
         row("operating mode", state.mode, fails(state.unfit)),
         row("program", state.program, fails(state.pending)),
         row("emergency stop", stop.into(), String::new()),
-        row("speed override", format!("{} %", state.speed_percent), String::new()),
+        row("speed override", format!("{} %", state.speed_percent), will_set(sets_speed, format!("{} %", cell.speed_percent))),
+        row(
+            "tool mm, in its flange",
+            millimetres(&tool),
+            will_set(
+                sets_tool,
+                format!("{}, turned by {:.2} deg from it", millimetres(&cell.flange_from_tool()), turned / DEG),
+            ),
+        ),
         row("joints deg", list(&joints, DEG), outside.map(|why| why.to_string()).unwrap_or_default()),
         row("TCP mm, world", list(cell.guards.tcp(&joints).as_slice(), MM), String::new()),
-        row("controller against model", format!("{:.3} mm, {:.3} deg", distance / MM, angle / DEG), fails(model)),
+        row(
+            "controller against model",
+            format!("{:.3} mm, {:.3} deg", distance / MM, angle / DEG),
+            model.map_or(own_model.to_owned(), |why| format!("FAILS: {why}")),
+        ),
         row("bytes", format!("{sent} sent, {received} received"), String::new()),
     ];
     Ok((rows, fit))
@@ -107,6 +129,12 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
 /// Discrepancy between the flanges of controller and model that indicates another arm or another flange, m and rad: a nominal
 /// arm is accurate to some millimetres, and an absolutely calibrated controller differs by as much.
 const SAME_ARM: (f64, f64) = (5.0 * MM, 1.0 * DEG);
+
+/// Largest discrepancy of a controller that computes with the nominal arm, m: the rounding of its numbers.
+const NOMINAL: f64 = 0.1 * MM;
+
+/// Largest difference of two tools that are the same, m and rad: the rounding of the numbers of a pendant.
+const SAME_TOOL: (f64, f64) = (0.01 * MM, 0.01 * DEG);
 
 /// Explains a discrepancy between controller and model if it is too large.
 pub fn disagreement_verdict(distance: f64, angle: f64) -> Option<String> {

@@ -23,6 +23,7 @@ use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
 use calibench::units::{DEG, MM};
+use calibench_rehearsal::Sources;
 
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
@@ -40,6 +41,9 @@ pub struct CellArguments {
     /// Print every motion of the plan without connecting to or moving anything
     #[arg(long, requires = "cell")]
     pub dry_run: bool,
+    /// Page for the motions: a film of the arm, the least clearance of each body, and what was not checked
+    #[arg(long, value_name = "HTML", requires = "dry_run")]
+    page: Option<PathBuf>,
     #[command(flatten)]
     operated: OperatedArguments,
     /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
@@ -62,7 +66,8 @@ pub fn run(
     cell.speed_percent = arguments.operated.speed.unwrap_or(cell.speed_percent);
     let planned = read_plan(plan, &cell.dataset)?;
     if arguments.dry_run {
-        return rehearse(&cell, &planned);
+        let sources = Sources { cell: path.display().to_string(), plan: plan.display().to_string() };
+        return rehearse(&cell, &planned, arguments.page.as_deref(), &sources);
     }
     preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;

@@ -7,7 +7,7 @@ const SCRIPT: Module = Module { name: "calibench-lab/design.js", text: include_s
 
 /// The page of a design; `document` is the output of `sim design --json`.
 pub fn design_page(document: &Value) -> String {
-    chart_page_html("calibench sim design", SCRIPT, document)
+    chart_page_html("calibench sim design", SCRIPT, &[], document)
 }
 
 #[cfg(test)]

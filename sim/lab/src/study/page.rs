@@ -7,7 +7,7 @@ const SCRIPT: Module = Module { name: "calibench-lab/study.js", text: include_st
 
 /// The page of a study; `document` is the output of `sim study --json`, with the `question` if known.
 pub fn study_page(document: &Value) -> String {
-    chart_page_html("calibench sim study", SCRIPT, document)
+    chart_page_html("calibench sim study", SCRIPT, &[], document)
 }
 
 #[cfg(test)]

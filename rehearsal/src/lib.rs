@@ -1,0 +1,17 @@
+//! What a robot is going to do at a measurement, before anything moves.
+//!
+//! [`Rehearsal::of`] goes through the motions of a plan in the order in which they will be made: the limits that each respects, and
+//! the gap of every body of the arm to everything around it. It says what it does not know. [`rehearsal_page`] shows it as one
+//! HTML file with a film of the arm.
+
+mod bodies;
+mod film;
+mod motion;
+mod page;
+mod rehearsal;
+mod unchecked;
+
+pub use bodies::LeastGap;
+pub use motion::{Phase, Rehearsed};
+pub use page::{Sources, rehearsal_page};
+pub use rehearsal::Rehearsal;

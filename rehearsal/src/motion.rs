@@ -1,0 +1,152 @@
+//! The motions of a plan, in the order in which they will be made.
+
+use std::fmt;
+
+use calibench::cell::guards::Forbidden;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::robot::solids::Clearance;
+
+/// What a motion is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// To an intermediate point.
+    Way,
+    /// To the approach of a pose.
+    Approach,
+    /// Onto the ball.
+    Contact,
+    /// Off the ball, back to the approach.
+    Retreat,
+    /// To the posture in which the gauge is mastered.
+    Mastering,
+    /// To the home posture.
+    Home,
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Phase::Way => "way",
+            Phase::Approach => "approach",
+            Phase::Contact => "contact",
+            Phase::Retreat => "retreat",
+            Phase::Mastering => "mastering",
+            Phase::Home => "home",
+        })
+    }
+}
+
+/// A motion of the plan: all joints from one posture to the next.
+#[derive(Debug, Clone)]
+pub struct Rehearsed {
+    /// Id of the pose that it serves; empty for the way to the mastering and for that home.
+    pub pose: String,
+    /// The ball of that pose, by its index in the artifact.
+    pub ball: Option<usize>,
+    /// What it is for.
+    pub phase: Phase,
+    /// Joints at its beginning, rad (N); `None` if the arm may come from anywhere.
+    pub from: Option<Vec<f64>>,
+    /// Joints at its end, rad (N).
+    pub to: Vec<f64>,
+    /// The narrowest gap on it, m, to half a millimetre; `None` if the bodies in the cell are not known.
+    pub clearance: Option<Clearance>,
+    /// Why the limits of the cell forbid it.
+    pub forbidden: Option<Forbidden>,
+}
+
+impl Rehearsed {
+    /// Both ends, rad. Of a motion from anywhere only its end is known.
+    pub fn ends(&self) -> [&[f64]; 2] {
+        [self.from.as_deref().unwrap_or(&self.to), &self.to]
+    }
+
+    /// True if two bodies overlap on it.
+    pub fn touches(&self) -> bool {
+        self.clearance.as_ref().is_some_and(|gap| gap.distance <= 0.0)
+    }
+
+    /// Where in the plan it is.
+    pub(super) fn place(&self) -> String {
+        match (self.phase, self.pose.as_str()) {
+            (Phase::Contact, pose) => format!("onto the ball of '{pose}'"),
+            (Phase::Retreat, pose) => format!("off the ball of '{pose}'"),
+            (Phase::Mastering, _) => "on the way to the mastering".into(),
+            (_, "") => "on the way home".into(),
+            (_, pose) => format!("on the way to '{pose}'"),
+        }
+    }
+
+    /// Why it must not be made, if so.
+    pub fn wrong(&self) -> Option<String> {
+        let touches = || {
+            let [a, b] = &self.clearance.as_ref().filter(|_| self.touches())?.between;
+            Some(format!("{a} hits {b}"))
+        };
+        self.forbidden.map(|why| format!("FORBIDDEN: {why}")).or_else(touches)
+    }
+
+    /// The largest angle by which a joint turns, rad.
+    pub fn turn(&self) -> f64 {
+        let [from, to] = self.ends();
+        from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Motions in the making.
+struct Sequence {
+    motions: Vec<Rehearsed>,
+    at: Option<Vec<f64>>,
+}
+
+impl Sequence {
+    fn go(&mut self, pose: Option<&PlannedPose>, phase: Phase, to: &[f64]) {
+        let motion = Rehearsed {
+            pose: pose.map(|pose| pose.id.clone()).unwrap_or_default(),
+            ball: pose.map(|pose| pose.ball),
+            phase,
+            from: self.at.take(),
+            to: to.to_vec(),
+            clearance: None,
+            forbidden: None,
+        };
+        self.at = Some(to.to_vec());
+        self.motions.push(motion);
+    }
+}
+
+/// The motions of a plan, without reserves: the gauge is mastered first where the plan has a place for it, and the arm goes home
+/// before another payload is mounted and at the end.
+pub(super) fn motions(plan: &ProbingPlan) -> Vec<Rehearsed> {
+    let mut sequence = Sequence { motions: Vec::new(), at: plan.ways.as_ref().map(|ways| ways.home.clone()) };
+    if let Some((ways, place)) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let via = &place.way.via;
+        via.iter().for_each(|q| sequence.go(None, Phase::Way, q));
+        sequence.go(None, Phase::Mastering, &place.q);
+        via.iter().rev().for_each(|q| sequence.go(None, Phase::Way, q));
+        sequence.go(None, Phase::Home, &ways.home);
+    }
+    let mut before: Option<&PlannedPose> = None;
+    for pose in plan.poses.iter().filter(|pose| !pose.reserve) {
+        if let Some(last) = before.filter(|last| last.payload != pose.payload) {
+            go_home(&mut sequence, plan, last);
+        }
+        pose.via.iter().for_each(|q| sequence.go(Some(pose), Phase::Way, q));
+        sequence.go(Some(pose), Phase::Approach, &pose.approach);
+        sequence.go(Some(pose), Phase::Contact, &pose.contact);
+        sequence.go(Some(pose), Phase::Retreat, &pose.approach);
+        before = Some(pose);
+    }
+    if let Some(last) = before {
+        go_home(&mut sequence, plan, last);
+    }
+    sequence.motions
+}
+
+fn go_home(sequence: &mut Sequence, plan: &ProbingPlan, from: &PlannedPose) {
+    let Some(ways) = &plan.ways else { return };
+    let back = ways.home_from(&from.id);
+    let Some((home, via)) = back.split_last() else { return };
+    via.iter().for_each(|q| sequence.go(None, Phase::Way, q));
+    sequence.go(None, Phase::Home, home);
+}

@@ -1,0 +1,160 @@
+//! The whole plan, gone through.
+
+use std::collections::BTreeMap;
+
+use calibench::cell::RobotSettings;
+use calibench::measure::campaign::cell::Cell;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::units::{DEG, MM};
+
+use crate::bodies::{LeastGap, find_gaps};
+use crate::motion::{Rehearsed, motions};
+
+/// A difference between the gap of a plan and that of the present scene that no tolerance explains, m: each is known to half a
+/// millimetre.
+const OTHER_SCENE: f64 = 1.0 * MM;
+
+/// Speeds of the leading joint for which a time is given where the controller's is not known, rad/s.
+const SPEEDS: [f64; 3] = [5.0 * DEG, 15.0 * DEG, 60.0 * DEG];
+
+/// The motions of a plan as they will be made, with all that is known of them.
+#[derive(Debug, Clone)]
+pub struct Rehearsal {
+    /// The motions, in their order.
+    pub motions: Vec<Rehearsed>,
+    /// Number of probings.
+    pub probings: usize,
+    /// Number of poses that are probed only in place of others.
+    pub reserves: usize,
+    /// The least gap of every body of the arm, the smallest first; empty if the bodies in the cell are not known.
+    pub gaps: Vec<LeastGap>,
+    /// The least gap that the plan states, m, and the id of its pose.
+    pub planned: Option<(f64, String)>,
+    /// Poses whose gap is no longer that of the plan: id, gap of the plan and present gap, m.
+    pub changed: Vec<(String, [f64; 2])>,
+    /// Speed of the leading joint and the time of all motions at it, rad/s and s; the centrings come on top.
+    pub times: Vec<[f64; 2]>,
+}
+
+impl Rehearsal {
+    /// Goes through a plan in a cell. Nothing is connected to.
+    pub fn of(cell: &Cell, plan: &ProbingPlan) -> Self {
+        let mut motions = motions(plan);
+        for motion in &mut motions {
+            let [from, to] = motion.ends();
+            motion.forbidden = cell.guards.joint_motion(from, to).err();
+        }
+        let gaps = cell.surroundings.as_ref().map(|bodies| find_gaps(cell, bodies, &mut motions)).unwrap_or_default();
+        let known = plan.poses.iter().filter(|pose| !pose.reserve);
+        let planned = known.filter_map(|pose| Some((pose.clearance?, pose.id.clone()))).min_by(|a, b| a.0.total_cmp(&b.0));
+        Rehearsal {
+            probings: plan.wanted(),
+            reserves: plan.poses.len() - plan.wanted(),
+            changed: changed(plan, &motions),
+            times: times(cell, &motions),
+            motions,
+            gaps,
+            planned,
+        }
+    }
+
+    /// Number of motions that the guards of the cell forbid.
+    pub fn forbidden(&self) -> usize {
+        self.motions.iter().filter(|motion| motion.forbidden.is_some()).count()
+    }
+
+    /// Number of motions on which two bodies overlap.
+    pub fn touching(&self) -> usize {
+        self.motions.iter().filter(|motion| motion.touches()).count()
+    }
+
+    /// True if nothing that is known speaks against the plan.
+    pub fn is_clear(&self) -> bool {
+        self.forbidden() == 0 && self.touching() == 0
+    }
+
+    /// The least clearance, in a sentence.
+    pub fn clearance_sentence(&self) -> String {
+        match (self.gaps.first(), &self.planned) {
+            (Some(LeastGap { body, other, gap, motion }), _) if *gap > 0.0 => {
+                let motion = &self.motions[*motion];
+                format!("the least clearance is {:.1} mm, {}: {body} and {other}", gap / MM, motion.place())
+            }
+            (Some(LeastGap { body, other, motion, .. }), _) => {
+                format!("there is no clearance {}: {body} and {other} overlap", self.motions[*motion].place())
+            }
+            (None, Some((gap, pose))) => format!(
+                "the least clearance is {:.1} mm, of '{pose}', as the plan says: the cell file names no bodies, so that it is not checked here",
+                gap / MM
+            ),
+            (None, None) => "the plan does not say how clear its motions are: plan with `calibench plan CELL`".into(),
+        }
+    }
+
+    /// The whole in a sentence or two.
+    pub fn verdict(&self) -> String {
+        let probings = format!("{} probings in {} motions", self.probings, self.motions.len());
+        match (self.forbidden(), self.touching()) {
+            (0, 0) => format!("{probings}; {}.", self.clearance_sentence()),
+            (forbidden, 0) => format!("{probings}, of which the guards of the cell forbid {forbidden}."),
+            (0, touching) => format!("{probings}, of which {touching} hit something; {}.", self.clearance_sentence()),
+            (forbidden, touching) => {
+                format!("{probings}, of which the guards of the cell forbid {forbidden} and {touching} hit something.")
+            }
+        }
+    }
+
+    /// What does not forbid the plan but should be known, in sentences.
+    pub fn warnings(&self) -> Vec<String> {
+        let narrower = |(_, [was, is]): &&(String, [f64; 2])| was - is;
+        let worst = self.changed.iter().max_by(|a, b| narrower(a).total_cmp(&narrower(b)));
+        let told = worst.map(|(pose, [was, is])| {
+            let is = if *is > 0.0 { format!("{:.1} mm", is / MM) } else { "none".into() };
+            let poses = if self.changed.len() == 1 { "1 pose".into() } else { format!("{} poses", self.changed.len()) };
+            format!(
+                "The bodies of the scene are not those for which the plan was made: the clearance of {poses} is another, that of '{pose}' was {:.1} mm and is {is}. Plan again with `calibench plan CELL`.",
+                was / MM
+            )
+        });
+        told.into_iter().collect()
+    }
+}
+
+/// Poses with another gap than that of the plan.
+fn changed(plan: &ProbingPlan, motions: &[Rehearsed]) -> Vec<(String, [f64; 2])> {
+    let mut now: BTreeMap<&str, f64> = BTreeMap::new();
+    for motion in motions {
+        if let Some(gap) = &motion.clearance {
+            let least = now.entry(&motion.pose).or_insert(f64::INFINITY);
+            *least = least.min(gap.distance);
+        }
+    }
+    let differs = |pose: &PlannedPose| {
+        let (was, is) = (pose.clearance?, *now.get(pose.id.as_str())?);
+        // How deep an overlap is, is not known.
+        ((was - is).abs() > OTHER_SCENE && was.max(is) > 0.0).then(|| (pose.id.clone(), [was, is]))
+    };
+    plan.poses.iter().filter(|pose| !pose.reserve).filter_map(differs).collect()
+}
+
+/// Times of the motions: at the speed that the driver orders, or at some where only the controller knows it.
+fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<[f64; 2]> {
+    let override_share = f64::from(cell.speed_percent) / 100.0;
+    let total = |speed: f64, acceleration: f64| -> f64 {
+        motions.iter().map(|motion| duration(motion.turn(), speed, acceleration)).sum()
+    };
+    match &cell.robot {
+        RobotSettings::Ur(settings) => {
+            // The override slows a motion down as a whole.
+            let motion = settings.motion;
+            vec![[motion.joint_speed * override_share, total(motion.joint_speed, motion.joint_acceleration) / override_share]]
+        }
+        _ => SPEEDS.map(|speed| [speed, total(speed, f64::INFINITY)]).to_vec(),
+    }
+}
+
+/// Time of a motion that speeds up, goes on and slows down, s.
+fn duration(turn: f64, speed: f64, acceleration: f64) -> f64 {
+    let speeding_up = speed / acceleration;
+    if turn >= speed * speeding_up { turn / speed + speeding_up } else { 2.0 * (turn / acceleration).sqrt() }
+}

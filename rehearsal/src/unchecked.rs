@@ -1,0 +1,55 @@
+//! What a rehearsal does not know.
+
+use calibench::measure::campaign::cell::Cell;
+use calibench::units::MM;
+
+use crate::rehearsal::Rehearsal;
+
+/// What was not checked, in sentences; never empty.
+pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
+    let mut all = Vec::new();
+    match &cell.surroundings {
+        None => all.push(
+            "The bodies around the arm are not known here: `surroundings.scene` of the cell file names none. No gap is checked; those \
+             of the plan are of the bodies for which it was made."
+                .to_owned(),
+        ),
+        Some(bodies) => all.push(format!(
+            "Only the bodies of the scene are checked, {} fixed and {} on the flange, as capsules and boxes. What the scene does not \
+             name is not there for it: fences, tracker, tripod, tools on the table, people.",
+            bodies.fixed.len(),
+            bodies.carried.len()
+        )),
+    }
+    if cell.dataset.robot.solids.is_empty() {
+        all.push("The robot's file names no bodies: the arm itself is not checked, and is drawn as lines.".into());
+    }
+    all.push("Cables and hoses, of the gauge and of the arm, are not modelled.".into());
+    all.push(
+        "The arm is the nominal one. One that is not calibrated stands up to some millimetres beside it: a gap of less than 5 mm may \
+         be none."
+            .into(),
+    );
+    all.push(format!(
+        "On each ball the arm is led by the gauge: up to {} steps of up to {:.1} mm along the axes of the tool, which are not shown.",
+        cell.centring.max_steps,
+        cell.guards.max_step / MM
+    ));
+    all.push(
+        "The first motion depends on where the arm stands: it is found, checked and announced when the measurement begins."
+            .into(),
+    );
+    all.push(
+        "Between two postures all joints are taken to move in proportion, as in a synchronous point-to-point motion; what a controller \
+         does after a stop, or by hand, is not known."
+            .into(),
+    );
+    if rehearsal.reserves > 0 {
+        let are = if rehearsal.reserves == 1 { "pose is" } else { "poses are" };
+        all.push(format!(
+            "{} reserve {are} probed only in place of those that fail, from home and back, and not shown; `measure` checks their ways before it starts.",
+            rehearsal.reserves
+        ));
+    }
+    all
+}
