@@ -14,4 +14,4 @@ mod unchecked;
 pub use bodies::LeastGap;
 pub use motion::{Phase, Rehearsed};
 pub use page::{Sources, rehearsal_page};
-pub use rehearsal::Rehearsal;
+pub use rehearsal::{ChangedGap, MotionTime, PlannedGap, Rehearsal};

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::film::Film;
 use crate::motion::Rehearsed;
-use crate::rehearsal::Rehearsal;
+use crate::rehearsal::{MotionTime, Rehearsal};
 use crate::unchecked::unchecked;
 
 const SCRIPT: Module = Module { name: "calibench-rehearsal/page.js", text: include_str!("page/page.js") };
@@ -164,7 +164,7 @@ fn facts(cell: &Cell, rehearsal: &Rehearsal) -> Vec<[String; 2]> {
         }
         _ => all.push(fact("payload", "as it is on the controller: enter that of the gauge there".into())),
     }
-    for [speed, time] in &rehearsal.times {
+    for MotionTime { speed, time } in &rehearsal.times {
         let minutes = (time / 60.0).ceil();
         all.push(fact(
             &format!("motions at {:.0} deg/s of the fastest joint", speed / DEG),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use calibench::cell::RobotSettings;
 use calibench::measure::campaign::cell::Cell;
-use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::measure::poses::ProbingPlan;
 use calibench::units::{DEG, MM};
 
 use crate::bodies::{LeastGap, find_gaps};
@@ -28,12 +28,39 @@ pub struct Rehearsal {
     pub reserves: usize,
     /// The least gap of every body of the arm, the smallest first; empty if the bodies in the cell are not known.
     pub gaps: Vec<LeastGap>,
-    /// The least gap that the plan states, m, and the id of its pose.
-    pub planned: Option<(f64, String)>,
-    /// Poses whose gap is no longer that of the plan: id, gap of the plan and present gap, m.
-    pub changed: Vec<(String, [f64; 2])>,
-    /// Speed of the leading joint and the time of all motions at it, rad/s and s; the centrings come on top.
-    pub times: Vec<[f64; 2]>,
+    /// The least gap that the plan states.
+    pub planned: Option<PlannedGap>,
+    /// Poses whose gap is no longer that of the plan.
+    pub changed: Vec<ChangedGap>,
+    /// How long the motions take.
+    pub times: Vec<MotionTime>,
+}
+
+/// The gap that a plan states for a pose: of the way to it and of the approach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedGap {
+    /// Id of the pose.
+    pub pose: String,
+    /// The gap, m.
+    pub gap: f64,
+}
+
+/// A gap that is no longer that of the plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChangedGap {
+    /// As it was planned.
+    pub planned: PlannedGap,
+    /// The gap in the present scene, m; not more than zero if bodies overlap.
+    pub now: f64,
+}
+
+/// The time of all motions, without the centrings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionTime {
+    /// Speed of the joint that turns most, rad/s.
+    pub speed: f64,
+    /// The time, s.
+    pub time: f64,
 }
 
 impl Rehearsal {
@@ -45,8 +72,7 @@ impl Rehearsal {
             motion.forbidden = cell.guards.joint_motion(from, to).err();
         }
         let gaps = cell.surroundings.as_ref().map(|bodies| find_gaps(cell, bodies, &mut motions)).unwrap_or_default();
-        let known = plan.poses.iter().filter(|pose| !pose.reserve);
-        let planned = known.filter_map(|pose| Some((pose.clearance?, pose.id.clone()))).min_by(|a, b| a.0.total_cmp(&b.0));
+        let planned = planned_gaps(plan).min_by(|a, b| a.gap.total_cmp(&b.gap));
         Rehearsal {
             probings: plan.wanted(),
             reserves: plan.poses.len() - plan.wanted(),
@@ -83,7 +109,7 @@ impl Rehearsal {
             (Some(LeastGap { body, other, motion, .. }), _) => {
                 format!("there is no clearance {}: {body} and {other} overlap", self.motions[*motion].place())
             }
-            (None, Some((gap, pose))) => format!(
+            (None, Some(PlannedGap { pose, gap })) => format!(
                 "the least clearance is {:.1} mm, of '{pose}', as the plan says: the cell file names no bodies, so that it is not checked here",
                 gap / MM
             ),
@@ -106,39 +132,46 @@ impl Rehearsal {
 
     /// What does not forbid the plan but should be known, in sentences.
     pub fn warnings(&self) -> Vec<String> {
-        let narrower = |(_, [was, is]): &&(String, [f64; 2])| was - is;
+        let narrower = |changed: &ChangedGap| changed.planned.gap - changed.now;
         let worst = self.changed.iter().max_by(|a, b| narrower(a).total_cmp(&narrower(b)));
-        let told = worst.map(|(pose, [was, is])| {
-            let is = if *is > 0.0 { format!("{:.1} mm", is / MM) } else { "none".into() };
+        let told = worst.map(|ChangedGap { planned: PlannedGap { pose, gap }, now }| {
+            let now = if *now > 0.0 { format!("{:.1} mm", now / MM) } else { "none".into() };
             let poses = if self.changed.len() == 1 { "1 pose".into() } else { format!("{} poses", self.changed.len()) };
             format!(
-                "The bodies of the scene are not those for which the plan was made: the clearance of {poses} is another, that of '{pose}' was {:.1} mm and is {is}. Plan again with `calibench plan CELL`.",
-                was / MM
+                "The bodies of the scene are not those for which the plan was made: the clearance of {poses} is another, that of '{pose}' was {:.1} mm and is {now}. Plan again with `calibench plan CELL`.",
+                gap / MM
             )
         });
         told.into_iter().collect()
     }
 }
 
+/// The gaps that a plan states, without those of reserves.
+fn planned_gaps(plan: &ProbingPlan) -> impl Iterator<Item = PlannedGap> {
+    let wanted = plan.poses.iter().filter(|pose| !pose.reserve);
+    wanted.filter_map(|pose| Some(PlannedGap { pose: pose.id.clone(), gap: pose.clearance? }))
+}
+
 /// Poses with another gap than that of the plan.
-fn changed(plan: &ProbingPlan, motions: &[Rehearsed]) -> Vec<(String, [f64; 2])> {
-    let mut now: BTreeMap<&str, f64> = BTreeMap::new();
+fn changed(plan: &ProbingPlan, motions: &[Rehearsed]) -> Vec<ChangedGap> {
+    let mut least: BTreeMap<&str, f64> = BTreeMap::new();
     for motion in motions {
         if let Some(gap) = &motion.clearance {
-            let least = now.entry(&motion.pose).or_insert(f64::INFINITY);
-            *least = least.min(gap.distance);
+            let known = least.entry(&motion.pose).or_insert(f64::INFINITY);
+            *known = known.min(gap.distance);
         }
     }
-    let differs = |pose: &PlannedPose| {
-        let (was, is) = (pose.clearance?, *now.get(pose.id.as_str())?);
+    let differs = |planned: PlannedGap| {
+        let now = *least.get(planned.pose.as_str())?;
         // How deep an overlap is, is not known.
-        ((was - is).abs() > OTHER_SCENE && was.max(is) > 0.0).then(|| (pose.id.clone(), [was, is]))
+        let differs = (planned.gap - now).abs() > OTHER_SCENE && planned.gap.max(now) > 0.0;
+        differs.then_some(ChangedGap { planned, now })
     };
-    plan.poses.iter().filter(|pose| !pose.reserve).filter_map(differs).collect()
+    planned_gaps(plan).filter_map(differs).collect()
 }
 
 /// Times of the motions: at the speed that the driver orders, or at some where only the controller knows it.
-fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<[f64; 2]> {
+fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<MotionTime> {
     let override_share = f64::from(cell.speed_percent) / 100.0;
     let total = |speed: f64, acceleration: f64| -> f64 {
         motions.iter().map(|motion| duration(motion.turn(), speed, acceleration)).sum()
@@ -147,9 +180,10 @@ fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<[f64; 2]> {
         RobotSettings::Ur(settings) => {
             // The override slows a motion down as a whole.
             let motion = settings.motion;
-            vec![[motion.joint_speed * override_share, total(motion.joint_speed, motion.joint_acceleration) / override_share]]
+            let time = total(motion.joint_speed, motion.joint_acceleration) / override_share;
+            vec![MotionTime { speed: motion.joint_speed * override_share, time }]
         }
-        _ => SPEEDS.map(|speed| [speed, total(speed, f64::INFINITY)]).to_vec(),
+        _ => SPEEDS.map(|speed| MotionTime { speed, time: total(speed, f64::INFINITY) }).to_vec(),
     }
 }
 

@@ -37,7 +37,8 @@ impl CellReading<'_> {
     }
 
     pub(crate) fn address(&self, key: &str, address: &str) -> Result<(), FileError> {
-        let is_one = address.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+        let is_host = |host: &str| !host.is_empty() && !host.contains(|c: char| c == '/' || c == '@' || c.is_whitespace());
+        let is_one = address.rsplit_once(':').is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok());
         if is_one { Ok(()) } else { Err(self.wrong(key, format!("'{address}' is not an address"), "give it as HOST:PORT")) }
     }
 }

@@ -71,8 +71,12 @@ pub(super) struct PatienceKeys {
     /// Wait after a motion, for the arm to stop oscillating, s.
     settle_s: f64,
     /// Attempts to re-establish a lost connection.
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_RECONNECTS)))]
     reconnects: usize,
 }
+
+/// Most attempts to re-establish a connection: a campaign that waits longer looks as if it measured.
+const MOST_RECONNECTS: usize = 100;
 
 impl Default for PatienceKeys {
     fn default() -> Self {
@@ -94,6 +98,10 @@ impl PatienceKeys {
     /// # Errors
     /// When a value is not a waiting time.
     pub(super) fn patience(&self, reading: &CellReading<'_>) -> Result<Patience, FileError> {
+        if self.reconnects > MOST_RECONNECTS {
+            let problem = format!("{} is more than anybody waits for", self.reconnects);
+            return Err(reading.wrong("robot.patience.reconnects", problem, &format!("give 0 to {MOST_RECONNECTS}")));
+        }
         // Zero seconds would never be enough for these three.
         let positive = |key: &str, value: f64| reading.time(key, reading.positive(key, value)?, 1.0);
         Ok(Patience {

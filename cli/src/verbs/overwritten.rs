@@ -16,8 +16,8 @@ use super::{report, run};
 use crate::arguments::data::MODEL;
 
 /// Arguments that name what is written; all other paths are read. A history is both.
-const WRITTEN: [&str; 11] =
-    ["history", "mdh", "mjcf", "out", "output", "page", "parquet", "plots", "report", "ur_kinematics", "urdf"];
+const WRITTEN: [&str; 12] =
+    ["film", "history", "mdh", "mjcf", "out", "output", "page", "parquet", "plots", "report", "ur_kinematics", "urdf"];
 
 /// Those that name folders to which files are added: they may be the folders of the data.
 const ADDED_TO: [&str; 2] = ["rows", "save_to"];

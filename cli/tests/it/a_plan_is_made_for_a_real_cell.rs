@@ -128,7 +128,7 @@ fn it_keeps_to_the_guards_of_the_cell() {
         |guards: &str| CELL.replace("[[indicator]]\naxis = \"x\"", &format!("[guards]\n{guards}\n[[indicator]]\naxis = \"x\""));
     let rehearsed = |folder: &TempDir, plan: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
-        let arguments = ["measure", "--cell", "cell.toml", "--plan", plan, "--dry-run", "--page", "page.html"];
+        let arguments = ["measure", "--cell", "cell.toml", "--plan", plan, "--dry-run", "--film", "page.html"];
         command.current_dir(folder.path()).args(arguments).output().unwrap()
     };
     let folder = folder(&with_box(guards), |_| {});

@@ -10,7 +10,7 @@ use calibench::robot::kinematics::Posture;
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::solids::{ClearanceCheck, Solid};
 use calibench::units::MM;
-use calibench_rehearsal::{Phase, Rehearsal, Sources, rehearsal_page};
+use calibench_rehearsal::{MotionTime, Phase, Rehearsal, Sources, rehearsal_page};
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::load_scenario;
 use nalgebra::Vector3;
@@ -78,7 +78,7 @@ fn every_gap_is_the_narrowest_of_its_motion() {
         let least = &rehearsal.gaps[0];
         assert_eq!(least.gap, of_motions.fold(f64::INFINITY, f64::min), "one figure, in both tables");
         assert_eq!(rehearsal.motions[least.motion].clearance.as_ref().unwrap().distance, least.gap);
-        let [planned, _] = [rehearsal.planned.as_ref().unwrap().0, 0.0];
+        let planned = rehearsal.planned.as_ref().unwrap().gap;
         assert!((least.gap - planned).abs() < 0.6 * MM, "{name}: {} here, {planned} in the plan", least.gap);
         assert_eq!(rehearsal.changed, [], "{name}");
         // Every motion begins where the one before ended.
@@ -126,10 +126,10 @@ fn without_a_scene_the_plan_is_believed_and_it_is_said() {
 fn the_time_is_that_of_the_largest_turns() {
     let (mut cell, plan) = planned("ur5e-trical");
     let time = |cell: &Cell| Rehearsal::of(cell, &plan).times;
-    let [[speed, slow]] = time(&cell)[..] else { panic!("the driver orders one speed") };
+    let [MotionTime { speed, time: slow }] = time(&cell)[..] else { panic!("the driver orders one speed") };
     let turns: f64 = Rehearsal::of(&cell, &plan).motions.iter().map(|motion| motion.turn()).sum();
     assert!(slow > turns / speed && slow < 3.0 * turns / speed, "{slow} s for {turns} rad at {speed} rad/s");
     cell.speed_percent *= 2;
-    let [[_, fast]] = time(&cell)[..] else { panic!("the driver orders one speed") };
+    let [MotionTime { time: fast, .. }] = time(&cell)[..] else { panic!("the driver orders one speed") };
     assert!((slow / fast - 2.0).abs() < 1e-9, "twice the speed takes half the time");
 }

@@ -124,7 +124,16 @@ impl Link {
     /// Connects.
     pub fn open(settings: &UrSettings) -> Result<Self, UrError> {
         let mut link = Link { settings: settings.clone(), client: None, before: Traffic::default(), connections: 0 };
-        link.client()?;
+        for attempt in 0.. {
+            match link.client() {
+                // A controller that was reached and fell silent, or hung up, is asked again; one that does not answer is not.
+                Err(error @ UrError::Rtde(_)) if attempt < settings.patience.reconnects && is_of_connection(&error) => {
+                    std::thread::sleep(BREATH);
+                }
+                Err(error) => return Err(error),
+                Ok(_) => break,
+            }
+        }
         Ok(link)
     }
 

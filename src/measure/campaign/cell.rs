@@ -60,8 +60,14 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
     let text = read_text(path)?;
     let kind: KindToml = parse_toml(path, &text)?;
     let reading = CellReading { path, text: &text };
-    match kind.robot.kind {
-        RobotKind::Kuka => cell::<KukaKeys>(&reading),
+    match kind.robot.kind.unwrap_or_default() {
+        RobotKind::Kuka => cell::<KukaKeys>(&reading).map_err(|error| {
+            // A key that another make knows is no key too many.
+            let text = text.replacen("[robot]", "[robot]\nkind = \"ur\"", 1);
+            let is_of_ur = kind.robot.kind.is_none() && cell::<UrKeys>(&CellReading { path, text: &text }).is_ok();
+            let problem = "has the keys of a Universal Robot and no `kind`";
+            if is_of_ur { reading.wrong("robot", problem, "add `kind = \"ur\"`") } else { error }
+        }),
         RobotKind::Ur => cell::<UrKeys>(&reading),
     }
 }

@@ -31,6 +31,7 @@ use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
+use crate::terminal::streams::output;
 use crate::verbs::cell::check::disagreement_verdict;
 
 #[derive(clap::Args)]
@@ -41,9 +42,9 @@ pub struct CellArguments {
     /// Print every motion of the plan without connecting to or moving anything
     #[arg(long, requires = "cell")]
     pub dry_run: bool,
-    /// Page for the motions: a film of the arm, the least clearance of each body, and what was not checked
-    #[arg(long, value_name = "HTML", requires = "dry_run")]
-    page: Option<PathBuf>,
+    /// Output page: the motions as a film, the least clearance of each body, and what was not checked
+    #[arg(long, value_name = "PAGE", requires = "dry_run", value_parser = output())]
+    film: Option<PathBuf>,
     #[command(flatten)]
     operated: OperatedArguments,
     /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
@@ -67,7 +68,7 @@ pub fn run(
     let planned = read_plan(plan, &cell.dataset)?;
     if arguments.dry_run {
         let sources = Sources { cell: path.display().to_string(), plan: plan.display().to_string() };
-        return rehearse(&cell, &planned, arguments.page.as_deref(), &sources);
+        return rehearse(&cell, &planned, arguments.film.as_deref(), &sources);
     }
     preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
@@ -120,7 +121,8 @@ pub fn run(
         print_answer(summary(&record, planned.wanted(), &traffic_of(robot.as_ref(), &gauges)))?;
     }
     if let Some(abort) = &record.aborted {
-        return Err(interrupted(abort.to_string(), &journal).into());
+        // A probing that was broken off is made again, and does not count.
+        return Err(Interrupted { kept: record.samples.len(), ..interrupted(abort.to_string(), &journal) }.into());
     }
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
     if !silent {
@@ -169,12 +171,14 @@ fn open_journal(
 
 /// Summary of a campaign: probings done, their time, and the bytes exchanged.
 fn summary(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
-    let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
-    format!(
-        "{} of {wanted} planned probings measured, {:.2} s each; {traffic}",
-        record.samples.len(),
-        time / record.probings.len().max(1) as f64
-    )
+    let centred = record.probings.iter().filter(|p| p.probing.outcome.is_ok());
+    let times: Vec<f64> = centred.map(|p| p.probing.duration_s).collect();
+    let each = if times.is_empty() {
+        String::new()
+    } else {
+        format!(", {:.2} s each", times.iter().sum::<f64>() / times.len() as f64)
+    };
+    format!("{} of {wanted} planned probings measured{each}; {traffic}", record.samples.len())
 }
 
 /// Opens and identifies the indicators.

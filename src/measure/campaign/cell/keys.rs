@@ -67,8 +67,7 @@ pub(super) struct KindToml {
 
 #[derive(Deserialize, Default)]
 pub(super) struct KindOfRobot {
-    #[serde(default)]
-    pub kind: RobotKind,
+    pub kind: Option<RobotKind>,
 }
 
 /// Settings of the centring.
