@@ -45,11 +45,13 @@ impl Film {
             film.pictures.push(picture);
             film.tcp.push(<[f64; 3]>::from(cell.guards.tcp(q)).map(|v| (v / MM).round() as i32));
         };
+        let mut at: Option<&[f64]> = None;
         for motion in motions {
             let [from, to] = motion.ends();
-            if film.pictures.is_empty() {
+            if at != Some(from) {
                 show(&mut film, from);
             }
+            at = Some(to);
             let steps = (motion.turn() / STEP).ceil().max(1.0) as usize;
             for step in 1..=steps {
                 let share = step as f64 / steps as f64;

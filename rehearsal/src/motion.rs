@@ -3,6 +3,7 @@
 use std::fmt;
 
 use calibench::cell::guards::Forbidden;
+use calibench::measure::poses::ways::HomeWays;
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::robot::solids::Clearance;
 
@@ -19,6 +20,8 @@ pub enum Phase {
     Retreat,
     /// To the posture in which the gauge is mastered.
     Mastering,
+    /// To an intermediate point on the way home.
+    Homeward,
     /// To the home posture.
     Home,
 }
@@ -31,6 +34,7 @@ impl fmt::Display for Phase {
             Phase::Contact => "contact",
             Phase::Retreat => "retreat",
             Phase::Mastering => "mastering",
+            Phase::Homeward => "way home",
             Phase::Home => "home",
         })
     }
@@ -39,8 +43,10 @@ impl fmt::Display for Phase {
 /// A motion of the plan: all joints from one posture to the next.
 #[derive(Debug, Clone)]
 pub struct Rehearsed {
-    /// Id of the pose that it serves; empty for the way to the mastering and for that home.
+    /// Id of the pose to or from which it leads; empty for the way to the mastering.
     pub pose: String,
+    /// True if it is made only in case: onto a reserve, or home from a pose after which the campaign stops.
+    pub spare: bool,
     /// The ball of that pose, by its index in the artifact.
     pub ball: Option<usize>,
     /// What it is for.
@@ -72,7 +78,9 @@ impl Rehearsed {
             (Phase::Contact, pose) => format!("onto the ball of '{pose}'"),
             (Phase::Retreat, pose) => format!("off the ball of '{pose}'"),
             (Phase::Mastering, _) => "on the way to the mastering".into(),
-            (_, "") => "on the way home".into(),
+            (Phase::Home | Phase::Homeward, "") => "on the way from the mastering".into(),
+            (Phase::Home | Phase::Homeward, pose) => format!("on the way home from '{pose}'"),
+            (_, "") => "on the way to the mastering".into(),
             (_, pose) => format!("on the way to '{pose}'"),
         }
     }
@@ -97,12 +105,14 @@ impl Rehearsed {
 struct Sequence {
     motions: Vec<Rehearsed>,
     at: Option<Vec<f64>>,
+    spare: bool,
 }
 
 impl Sequence {
     fn go(&mut self, pose: Option<&PlannedPose>, phase: Phase, to: &[f64]) {
         let motion = Rehearsed {
             pose: pose.map(|pose| pose.id.clone()).unwrap_or_default(),
+            spare: self.spare,
             ball: pose.map(|pose| pose.ball),
             phase,
             from: self.at.take(),
@@ -113,40 +123,61 @@ impl Sequence {
         self.at = Some(to.to_vec());
         self.motions.push(motion);
     }
+
+    fn probe(&mut self, pose: &PlannedPose) {
+        pose.via.iter().for_each(|q| self.go(Some(pose), Phase::Way, q));
+        self.go(Some(pose), Phase::Approach, &pose.approach);
+        self.go(Some(pose), Phase::Contact, &pose.contact);
+        self.go(Some(pose), Phase::Retreat, &pose.approach);
+    }
+
+    fn go_home(&mut self, ways: Option<&HomeWays>, from: &PlannedPose) {
+        let back = ways.map(|ways| ways.home_from(&from.id)).unwrap_or_default();
+        let Some((home, via)) = back.split_last() else { return };
+        via.iter().for_each(|q| self.go(Some(from), Phase::Homeward, q));
+        self.go(Some(from), Phase::Home, home);
+    }
 }
 
-/// The motions of a plan, without reserves: the gauge is mastered first where the plan has a place for it, and the arm goes home
-/// before another payload is mounted and at the end.
+/// The motions of a plan: the gauge is mastered first where the plan has a place for it, and the arm goes home before another
+/// payload is mounted and at the end. After them those that may be needed: reserves, from home and back, and the ways home from
+/// all other poses.
 pub(super) fn motions(plan: &ProbingPlan) -> Vec<Rehearsed> {
-    let mut sequence = Sequence { motions: Vec::new(), at: plan.ways.as_ref().map(|ways| ways.home.clone()) };
-    if let Some((ways, place)) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+    let ways = plan.ways.as_ref();
+    let home = || ways.map(|ways| ways.home.clone());
+    let mut sequence = Sequence { motions: Vec::new(), at: home(), spare: false };
+    if let Some((ways, place)) = ways.and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
         let via = &place.way.via;
         via.iter().for_each(|q| sequence.go(None, Phase::Way, q));
         sequence.go(None, Phase::Mastering, &place.q);
-        via.iter().rev().for_each(|q| sequence.go(None, Phase::Way, q));
+        via.iter().rev().for_each(|q| sequence.go(None, Phase::Homeward, q));
         sequence.go(None, Phase::Home, &ways.home);
     }
     let mut before: Option<&PlannedPose> = None;
+    let mut stops_early: Vec<&PlannedPose> = Vec::new();
     for pose in plan.poses.iter().filter(|pose| !pose.reserve) {
-        if let Some(last) = before.filter(|last| last.payload != pose.payload) {
-            go_home(&mut sequence, plan, last);
+        if let Some(last) = before {
+            if last.payload == pose.payload {
+                stops_early.push(last);
+            } else {
+                sequence.go_home(ways, last);
+            }
         }
-        pose.via.iter().for_each(|q| sequence.go(Some(pose), Phase::Way, q));
-        sequence.go(Some(pose), Phase::Approach, &pose.approach);
-        sequence.go(Some(pose), Phase::Contact, &pose.contact);
-        sequence.go(Some(pose), Phase::Retreat, &pose.approach);
+        sequence.probe(pose);
         before = Some(pose);
     }
     if let Some(last) = before {
-        go_home(&mut sequence, plan, last);
+        sequence.go_home(ways, last);
+    }
+    sequence.spare = true;
+    for pose in plan.poses.iter().filter(|pose| pose.reserve) {
+        sequence.at = home();
+        sequence.probe(pose);
+        sequence.go_home(ways, pose);
+    }
+    for pose in stops_early {
+        sequence.at = Some(pose.approach.clone());
+        sequence.go_home(ways, pose);
     }
     sequence.motions
-}
-
-fn go_home(sequence: &mut Sequence, plan: &ProbingPlan, from: &PlannedPose) {
-    let Some(ways) = &plan.ways else { return };
-    let back = ways.home_from(&from.id);
-    let Some((home, via)) = back.split_last() else { return };
-    via.iter().for_each(|q| sequence.go(None, Phase::Way, q));
-    sequence.go(None, Phase::Home, home);
 }

@@ -62,6 +62,8 @@ struct GapRow {
 #[derive(Serialize)]
 struct MotionRow {
     pose: String,
+    /// True if it is made only in case.
+    spare: bool,
     ball: String,
     phase: String,
     joints_deg: Vec<f64>,
@@ -115,7 +117,7 @@ fn document(cell: &Cell, rehearsal: &Rehearsal, sources: &Sources) -> Document {
         is_bare: cell.dataset.robot.solids.is_empty(),
         pictures: film.pictures,
         tcp_mm: film.tcp,
-        unchecked: unchecked(cell, rehearsal),
+        unchecked: unchecked(cell),
     }
 }
 
@@ -128,6 +130,7 @@ fn motion_row(cell: &Cell, motion: &Rehearsed, end: usize) -> MotionRow {
     let ball = motion.ball.and_then(|ball| cell.dataset.balls.get(ball));
     MotionRow {
         pose: motion.pose.clone(),
+        spare: motion.spare,
         ball: ball.map(|ball| ball.id.clone()).unwrap_or_default(),
         phase: motion.phase.to_string(),
         joints_deg: motion.to.iter().map(|q| (q / DEG * 100.0).round() / 100.0).collect(),

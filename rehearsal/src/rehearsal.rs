@@ -8,7 +8,7 @@ use calibench::measure::poses::ProbingPlan;
 use calibench::units::{DEG, MM};
 
 use crate::bodies::{LeastGap, find_gaps};
-use crate::motion::{Rehearsed, motions};
+use crate::motion::{Phase, Rehearsed, motions};
 
 /// A difference between the gap of a plan and that of the present scene that no tolerance explains, m: each is known to half a
 /// millimetre.
@@ -20,7 +20,7 @@ const SPEEDS: [f64; 3] = [5.0 * DEG, 15.0 * DEG, 60.0 * DEG];
 /// The motions of a plan as they will be made, with all that is known of them.
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
-    /// The motions, in their order.
+    /// The motions in their order, then those that may be needed.
     pub motions: Vec<Rehearsed>,
     /// Number of probings.
     pub probings: usize,
@@ -84,6 +84,21 @@ impl Rehearsal {
         }
     }
 
+    /// The motions, counted, in words.
+    pub fn count(&self) -> String {
+        let spare = self.motions.iter().filter(|motion| motion.spare).count();
+        let made = self.motions.len() - spare;
+        let reserves = match self.reserves {
+            0 => String::new(),
+            1 => "1 reserve and ".into(),
+            many => format!("{many} reserves and "),
+        };
+        if spare == 0 {
+            return format!("{made} motions");
+        }
+        format!("{made} motions, and {spare} that may be needed, of {reserves}ways home")
+    }
+
     /// Number of motions that the guards of the cell forbid.
     pub fn forbidden(&self) -> usize {
         self.motions.iter().filter(|motion| motion.forbidden.is_some()).count()
@@ -119,7 +134,7 @@ impl Rehearsal {
 
     /// The whole in a sentence or two.
     pub fn verdict(&self) -> String {
-        let probings = format!("{} probings in {} motions", self.probings, self.motions.len());
+        let probings = format!("{} probings in {}", self.probings, self.count());
         match (self.forbidden(), self.touching()) {
             (0, 0) => format!("{probings}; {}.", self.clearance_sentence()),
             (forbidden, 0) => format!("{probings}, of which the guards of the cell forbid {forbidden}."),
@@ -146,16 +161,15 @@ impl Rehearsal {
     }
 }
 
-/// The gaps that a plan states, without those of reserves.
+/// The gaps that a plan states.
 fn planned_gaps(plan: &ProbingPlan) -> impl Iterator<Item = PlannedGap> {
-    let wanted = plan.poses.iter().filter(|pose| !pose.reserve);
-    wanted.filter_map(|pose| Some(PlannedGap { pose: pose.id.clone(), gap: pose.clearance? }))
+    plan.poses.iter().filter_map(|pose| Some(PlannedGap { pose: pose.id.clone(), gap: pose.clearance? }))
 }
 
 /// Poses with another gap than that of the plan.
 fn changed(plan: &ProbingPlan, motions: &[Rehearsed]) -> Vec<ChangedGap> {
     let mut least: BTreeMap<&str, f64> = BTreeMap::new();
-    for motion in motions {
+    for motion in motions.iter().filter(|motion| !matches!(motion.phase, Phase::Homeward | Phase::Home)) {
         if let Some(gap) = &motion.clearance {
             let known = least.entry(&motion.pose).or_insert(f64::INFINITY);
             *known = known.min(gap.distance);
@@ -172,10 +186,10 @@ fn changed(plan: &ProbingPlan, motions: &[Rehearsed]) -> Vec<ChangedGap> {
 
 /// Times of the motions: at the speed that the driver orders, or at some where only the controller knows it.
 fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<MotionTime> {
+    let made = || motions.iter().filter(|motion| !motion.spare);
     let override_share = f64::from(cell.speed_percent) / 100.0;
-    let total = |speed: f64, acceleration: f64| -> f64 {
-        motions.iter().map(|motion| duration(motion.turn(), speed, acceleration)).sum()
-    };
+    let total =
+        |speed: f64, acceleration: f64| -> f64 { made().map(|motion| duration(motion.turn(), speed, acceleration)).sum() };
     match &cell.robot {
         RobotSettings::Ur(settings) => {
             // The override slows a motion down as a whole.

@@ -3,10 +3,8 @@
 use calibench::measure::campaign::cell::Cell;
 use calibench::units::MM;
 
-use crate::rehearsal::Rehearsal;
-
 /// What was not checked, in sentences; never empty.
-pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
+pub(super) fn unchecked(cell: &Cell) -> Vec<String> {
     let mut all = Vec::new();
     match &cell.surroundings {
         None => all.push(
@@ -44,12 +42,5 @@ pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
          does after a stop, or by hand, is not known."
             .into(),
     );
-    if rehearsal.reserves > 0 {
-        let are = if rehearsal.reserves == 1 { "pose is" } else { "poses are" };
-        all.push(format!(
-            "{} reserve {are} probed only in place of those that fail, from home and back, and not shown; `measure` checks their ways before it starts.",
-            rehearsal.reserves
-        ));
-    }
     all
 }

@@ -22,7 +22,11 @@ const PACE = 30;
 const gap = (mm) => (mm > 0 ? `${fixed(mm, 1)} mm` : "none");
 
 /** @param {Motion} motion */
-const called = ({ pose, ball, phase }) => (pose ? `${pose}, ball ${ball}: ${phase}` : phase);
+const called = ({ pose, ball, phase, spare }) =>
+  (pose ? `${pose}, ball ${ball}: ${phase}` : phase) + (spare ? " (if needed)" : "");
+
+// The last picture of what will be done; after it comes what may be needed.
+const done = Math.max(0, ...motions.filter(({ spare }) => !spare).map(({ end }) => end));
 
 const film = { picture: 0, plays: false };
 
@@ -85,14 +89,15 @@ function stage() {
   const start = () => {
     film.plays = true;
     play.textContent = "Pause";
-    if (film.picture === pictures.length - 1) film.picture = 0;
+    if (film.picture === pictures.length - 1 || film.picture === done) film.picture = 0;
+    const until = film.picture < done ? done : pictures.length - 1;
     const [from, began] = [film.picture, performance.now()];
     /** @param {number} now */
     const next = (now) => {
       if (!film.plays) return;
-      const picture = from + Math.floor((Math.max(0, now - began) / 1000) * PACE);
+      const picture = Math.min(until, from + Math.floor((Math.max(0, now - began) / 1000) * PACE));
       if (picture !== film.picture) show(picture);
-      if (film.picture === pictures.length - 1) stop();
+      if (film.picture === until) stop();
       else requestAnimationFrame(next);
     };
     requestAnimationFrame(next);
@@ -178,7 +183,7 @@ const motionColumns = [
   ["motion", ({ k }) => link(k)],
   ["pose", ({ motion }) => motion.pose, "words"],
   ["ball", ({ motion }) => motion.ball, "words"],
-  ["for", ({ motion }) => motion.phase, "words"],
+  ["for", ({ motion }) => motion.phase + (motion.spare ? ", if needed" : ""), "words"],
   ["joints, deg", ({ motion }) => motion.joints_deg.map((q) => fixed(q, 2)).join(", ")],
   ["TCP, mm", ({ motion }) => motion.tcp_mm.map((v) => fixed(v, 1)).join(", ")],
   ["clearance", ({ motion }) => (motion.gap_mm === null ? "" : gap(motion.gap_mm))],

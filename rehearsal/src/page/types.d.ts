@@ -10,6 +10,8 @@ interface Gap {
 
 interface Motion {
   pose: string;
+  /** True if it is made only in case. */
+  spare: boolean;
   ball: string;
   phase: string;
   joints_deg: number[];

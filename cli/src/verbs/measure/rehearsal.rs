@@ -19,8 +19,8 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &
     let rows = rehearsal.motions.iter().map(|motion| row(cell, motion)).collect();
     print_answer(plain_table(["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], rows))?;
     print_answer(format!(
-        "{} motions, at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %; nothing was connected to and nothing moved",
-        rehearsal.motions.len(),
+        "{}; at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %; nothing was connected to and nothing moved",
+        rehearsal.count(),
         cell.centring.max_steps,
         cell.guards.max_step / MM,
         cell.speed_percent
