@@ -9,7 +9,7 @@ use nalgebra::UnitQuaternion;
 use crate::motion::Rehearsed;
 
 /// Largest turn of a joint from one picture to the next, rad.
-const STEP: f64 = 3.0 * DEG;
+const STEP: f64 = 4.0 * DEG;
 
 /// Unit of the quaternions' components.
 const QUATERNION_UNIT: f64 = 1e-4;
