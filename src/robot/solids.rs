@@ -184,12 +184,13 @@ impl ClearanceCheck {
         best.map(|(distance, pair)| self.named(distance, pair))
     }
 
-    /// True if every gap in `posture` is at least `margin` (m); the fixed body `except` is ignored.
+    /// True if every gap in `posture` is at least `margin` (m); carried bodies may touch the fixed body `except`.
     pub fn is_clear(&mut self, posture: &Posture, margin: f64, except: Option<usize>) -> bool {
         self.place(posture);
         let margin = margin / MM;
         let except = except.map(|k| self.moving + k);
-        self.pairs.iter().all(|&pair| Some(pair[1]) == except || self.at_least(pair) >= margin || self.distance(pair) >= margin)
+        let may_touch = |[i, j]: [usize; 2]| Some(j) == except && i >= self.carried;
+        self.pairs.iter().all(|&pair| may_touch(pair) || self.at_least(pair) >= margin || self.distance(pair) >= margin)
     }
 }
 
@@ -310,6 +311,10 @@ mod tests {
         let gap = clearance(&robot, &at, &surroundings).unwrap();
         assert!((gap.distance - (0.3 - 0.05 - 0.0127)).abs() < TOLERANCE, "{gap:?}");
         let mut check = ClearanceCheck::new(&robot, &surroundings);
+        assert!(check.is_clear(&at, 0.2, None) && !check.is_clear(&at, 0.3, None));
+        assert!(!check.is_clear(&at, 0.3, check.fixed_named("ball")), "what is no load touches no ball");
+        let carried = Surroundings { carried: vec![along_x("gauge", 0, 0.5, 0.05)], ..surroundings };
+        let mut check = ClearanceCheck::new(&planar_arm(Vec::new()), &carried);
         assert!(check.is_clear(&at, 0.2, None) && !check.is_clear(&at, 0.3, None));
         assert!(check.is_clear(&at, 0.44, check.fixed_named("ball")), "the table is 0.45 m below");
         assert!(!check.is_clear(&at, 0.46, check.fixed_named("ball")));

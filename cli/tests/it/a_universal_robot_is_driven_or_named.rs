@@ -3,6 +3,7 @@
 //! [`crate::every_fault_of_a_cell_is_survived_or_named`].
 #![cfg(unix)]
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::Output;
@@ -240,4 +241,68 @@ fn the_network_stalls() {
         let again = bench.measured(&name, &["--mastered", "--resume"]);
         assert_eq!(again.status.code(), Some(0), "{}", said(&again));
     }
+}
+
+/// What may happen at any time, each with its share of the occasions on which it can.
+const AT_RANDOM: [&str; 11] = [
+    "drop_link@0.02",
+    "half_open@0.0002",
+    "estop@0.003",
+    "protective_stop@0.003",
+    "power_off@0.003",
+    "freedrive@0.003",
+    "refuse@0.003",
+    "slow@0.01",
+    "silent:2@0.002",
+    "garbage:1@0.002",
+    "stuck:3@0.001",
+];
+
+/// So many campaigns, whatever happens; the operator resets the cell and resumes. Nothing that was measured is lost or measured
+/// twice, and every interruption is one that is known.
+fn whatever_happens(campaigns: usize) {
+    let bench = bench();
+    let faults: Vec<&str> = AT_RANDOM.iter().flat_map(|fault| ["--fault", fault]).collect();
+    let mut served = bench.serve(&faults);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let (mut interruptions, mut reasons) = (0, BTreeMap::<String, usize>::new());
+    for campaign in 0..campaigns {
+        let name = format!("random{campaign}");
+        let mut kept = Vec::new();
+        loop {
+            let arguments = if kept.is_empty() { &["--mastered", "--resume"][..] } else { &["--resume"] };
+            let output = bench.measured(&name, arguments);
+            if output.status.success() {
+                assert_none_lost(&kept, &bench.path(&name));
+                let done = measurements(&bench.path(&name).join("campaign.journal"));
+                let poses: BTreeSet<&String> = done.iter().map(|(pose, _)| pose).collect();
+                assert!(done.len() == poses.len() && done.len() >= 6, "{name}: each once: {poses:?}");
+                break;
+            }
+            assert_eq!(output.status.code(), Some(3), "{name}: {}", said(&output));
+            let now = measurements(&bench.path(&format!("{name}.journal")));
+            assert!(now.len() >= kept.len() && now[..kept.len()] == kept[..], "{name}: what was measured stays");
+            kept = now;
+            let said = said(&output);
+            let reason = said.rsplit("calibench: ").next().unwrap_or_default().split([';', ':']).next().unwrap_or_default();
+            *reasons.entry(reason.trim().to_owned()).or_default() += 1;
+            interruptions += 1;
+            assert!(interruptions < 40 * campaigns, "{reasons:#?}");
+            served.tell("reset");
+        }
+    }
+    println!("{campaigns} campaigns, {interruptions} interruptions, 0 probings lost: {reasons:#?}");
+}
+
+#[test]
+fn whatever_happens_at_random() {
+    whatever_happens(2);
+}
+
+#[test]
+#[ignore = "a study of an hour of the cell's time: validation/run a_universal_robot_is_driven_or_named"]
+fn whatever_happens_in_an_hour() {
+    // Eight probings take a cell in real time two minutes.
+    whatever_happens(34);
 }

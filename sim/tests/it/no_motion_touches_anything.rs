@@ -63,6 +63,19 @@ fn no_plan_for_a_ur10_touches_anything() {
 }
 
 #[test]
+fn no_plan_for_a_ur5e_touches_anything() {
+    no_plan_touches_anything("ur5e-trical.toml", 1..2);
+}
+
+#[test]
+#[ignore = "a study of 50 seeds: validation/run no_motion_touches_anything"]
+fn no_plan_for_universal_robots_touches_anything() {
+    for name in ["ur5e-trical.toml", "ur10e-trical.toml"] {
+        no_plan_touches_anything(name, 100..125);
+    }
+}
+
+#[test]
 fn no_plan_for_the_paper_touches_anything() {
     no_plan_touches_anything("paper.toml", 41..45);
 }

@@ -139,3 +139,13 @@ fn it_sees_what_the_ways_of_the_paper_avoid() {
 fn it_sees_what_the_ways_of_table_8_avoid() {
     it_sees("table8.toml", 71, 1);
 }
+
+#[test]
+#[ignore = "a study of 50 seeds: validation/run mujoco_sees_no_motion_touch"]
+fn it_sees_nothing_touch_around_universal_robots() {
+    for name in ["ur5e-trical.toml", "ur10e-trical.toml"] {
+        for seed in 100..125 {
+            it_sees(name, seed, 1);
+        }
+    }
+}
