@@ -57,8 +57,10 @@ pub struct Rehearsed {
     pub to: Vec<f64>,
     /// The narrowest gap on it, m, to half a millimetre; `None` if the bodies in the cell are not known.
     pub clearance: Option<Clearance>,
-    /// Why the limits of the cell forbid it.
+    /// Why the guards of the cell forbid it.
     pub forbidden: Option<Forbidden>,
+    /// Why its contact is not one of the ball of its pose.
+    pub off_its_ball: Option<String>,
 }
 
 impl Rehearsed {
@@ -67,9 +69,9 @@ impl Rehearsed {
         [self.from.as_deref().unwrap_or(&self.to), &self.to]
     }
 
-    /// True if two bodies overlap on it.
+    /// True if two bodies touch on it.
     pub fn touches(&self) -> bool {
-        self.clearance.as_ref().is_some_and(|gap| gap.distance <= 0.0)
+        self.clearance.as_ref().is_some_and(Clearance::is_contact)
     }
 
     /// Where in the plan it is.
@@ -89,9 +91,10 @@ impl Rehearsed {
     pub fn wrong(&self) -> Option<String> {
         let touches = || {
             let [a, b] = &self.clearance.as_ref().filter(|_| self.touches())?.between;
-            Some(format!("{a} hits {b}"))
+            Some(format!("{a} and {b} touch"))
         };
-        self.forbidden.map(|why| format!("FORBIDDEN: {why}")).or_else(touches)
+        let forbidden = self.forbidden.map(|why| format!("FORBIDDEN: {why}"));
+        forbidden.or_else(|| self.off_its_ball.clone()).or_else(touches)
     }
 
     /// The largest angle by which a joint turns, rad.
@@ -119,6 +122,7 @@ impl Sequence {
             to: to.to_vec(),
             clearance: None,
             forbidden: None,
+            off_its_ball: None,
         };
         self.at = Some(to.to_vec());
         self.motions.push(motion);

@@ -170,7 +170,10 @@ fn facts(cell: &Cell, rehearsal: &Rehearsal) -> Vec<[String; 2]> {
     for MotionTime { speed, time } in &rehearsal.times {
         let minutes = (time / 60.0).ceil();
         all.push(fact(
-            &format!("motions at {:.0} deg/s of the fastest joint", speed / DEG),
+            &match cell.robot {
+                RobotSettings::Ur(_) => format!("motions at a speed override of {} %", cell.speed_percent),
+                _ => format!("motions at {:.0} deg/s of the joint that turns most", speed / DEG),
+            },
             format!("{minutes:.0} min, and the centrings on top"),
         ));
     }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use calibench::cell::RobotSettings;
 use calibench::measure::campaign::cell::Cell;
 use calibench::measure::poses::ProbingPlan;
+use calibench::measure::session::off_its_ball;
+use calibench::robot::statics::Payload;
 use calibench::units::{DEG, MM};
 
 use crate::bodies::{LeastGap, find_gaps};
@@ -34,6 +36,10 @@ pub struct Rehearsal {
     pub changed: Vec<ChangedGap>,
     /// How long the motions take.
     pub times: Vec<MotionTime>,
+    /// True if the plan holds ways.
+    pub has_ways: bool,
+    /// A sentence that tells of another payload than that of the plan, if the controller will be told one.
+    pub other_payload: Option<String>,
 }
 
 /// The gap that a plan states for a pose: of the way to it and of the approach.
@@ -70,6 +76,8 @@ impl Rehearsal {
         for motion in &mut motions {
             let [from, to] = motion.ends();
             motion.forbidden = cell.guards.joint_motion(from, to).err();
+            let pose = plan.poses.iter().find(|pose| motion.phase == Phase::Contact && pose.id == motion.pose);
+            motion.off_its_ball = pose.and_then(|pose| off_its_ball(cell, pose));
         }
         let gaps = cell.surroundings.as_ref().map(|bodies| find_gaps(cell, bodies, &mut motions)).unwrap_or_default();
         let planned = planned_gaps(plan).min_by(|a, b| a.gap.total_cmp(&b.gap));
@@ -78,6 +86,8 @@ impl Rehearsal {
             reserves: plan.poses.len() - plan.wanted(),
             changed: changed(plan, &motions),
             times: times(cell, &motions),
+            has_ways: plan.ways.is_some(),
+            other_payload: other_payload(cell, plan),
             motions,
             gaps,
             planned,
@@ -88,15 +98,11 @@ impl Rehearsal {
     pub fn count(&self) -> String {
         let spare = self.motions.iter().filter(|motion| motion.spare).count();
         let made = self.motions.len() - spare;
-        let reserves = match self.reserves {
-            0 => String::new(),
-            1 => "1 reserve and ".into(),
-            many => format!("{many} reserves and "),
-        };
         if spare == 0 {
-            return format!("{made} motions");
+            return many(made, "motion");
         }
-        format!("{made} motions, and {spare} that may be needed, of {reserves}ways home")
+        let reserves = if self.reserves == 0 { String::new() } else { many(self.reserves, "reserve") + " and " };
+        format!("{}, and {spare} that may be needed, of {reserves}ways home", many(made, "motion"))
     }
 
     /// Number of motions that the guards of the cell forbid.
@@ -104,25 +110,30 @@ impl Rehearsal {
         self.motions.iter().filter(|motion| motion.forbidden.is_some()).count()
     }
 
-    /// Number of motions on which two bodies overlap.
+    /// Number of contacts that are not of the balls of their poses.
+    pub fn off_their_balls(&self) -> usize {
+        self.motions.iter().filter(|motion| motion.off_its_ball.is_some()).count()
+    }
+
+    /// Number of motions on which two bodies touch.
     pub fn touching(&self) -> usize {
         self.motions.iter().filter(|motion| motion.touches()).count()
     }
 
     /// True if nothing that is known speaks against the plan.
     pub fn is_clear(&self) -> bool {
-        self.forbidden() == 0 && self.touching() == 0
+        self.forbidden() + self.off_their_balls() + self.touching() == 0
     }
 
     /// The least clearance, in a sentence.
     pub fn clearance_sentence(&self) -> String {
         match (self.gaps.first(), &self.planned) {
-            (Some(LeastGap { body, other, gap, motion }), _) if *gap > 0.0 => {
+            (Some(LeastGap { body, other, gap, motion }), _) => {
                 let motion = &self.motions[*motion];
+                if motion.touches() {
+                    return format!("there is no clearance {}: {body} and {other} touch", motion.place());
+                }
                 format!("the least clearance is {:.1} mm, {}: {body} and {other}", gap / MM, motion.place())
-            }
-            (Some(LeastGap { body, other, motion, .. }), _) => {
-                format!("there is no clearance {}: {body} and {other} overlap", self.motions[*motion].place())
             }
             (None, Some(PlannedGap { pose, gap })) => format!(
                 "the least clearance is {:.1} mm, of '{pose}', as the plan says: the cell file names no bodies, so that it is not checked here",
@@ -134,15 +145,18 @@ impl Rehearsal {
 
     /// The whole in a sentence or two.
     pub fn verdict(&self) -> String {
-        let probings = format!("{} probings in {}", self.probings, self.count());
-        match (self.forbidden(), self.touching()) {
-            (0, 0) => format!("{probings}; {}.", self.clearance_sentence()),
-            (forbidden, 0) => format!("{probings}, of which the guards of the cell forbid {forbidden}."),
-            (0, touching) => format!("{probings}, of which {touching} hit something; {}.", self.clearance_sentence()),
-            (forbidden, touching) => {
-                format!("{probings}, of which the guards of the cell forbid {forbidden} and {touching} hit something.")
-            }
+        let probings = format!("{} in {}", many(self.probings, "probing"), self.count());
+        let against = [
+            (self.forbidden(), "forbidden by the guards of the cell"),
+            (self.off_their_balls(), "onto no ball"),
+            (self.touching(), "with bodies that touch"),
+        ];
+        let against: Vec<String> =
+            against.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+        if against.is_empty() {
+            return format!("{probings}; {}.", self.clearance_sentence());
         }
+        format!("{probings}. Of the motions, {}; {}.", against.join(", "), self.clearance_sentence())
     }
 
     /// What does not forbid the plan but should be known, in sentences.
@@ -151,13 +165,16 @@ impl Rehearsal {
         let worst = self.changed.iter().max_by(|a, b| narrower(a).total_cmp(&narrower(b)));
         let told = worst.map(|ChangedGap { planned: PlannedGap { pose, gap }, now }| {
             let now = if *now > 0.0 { format!("{:.1} mm", now / MM) } else { "none".into() };
-            let poses = if self.changed.len() == 1 { "1 pose".into() } else { format!("{} poses", self.changed.len()) };
             format!(
-                "The bodies of the scene are not those for which the plan was made: the clearance of {poses} is another, that of '{pose}' was {:.1} mm and is {now}. Plan again with `calibench plan CELL`.",
+                "The clearance of {} is not that of the plan: scene, dataset or plan have changed since it was made. That of '{pose}' was {:.1} mm and is now {now}. Plan again with `calibench plan CELL`.",
+                many(self.changed.len(), "pose"),
                 gap / MM
             )
         });
-        told.into_iter().collect()
+        let direct =
+            "The plan holds no ways: the arm moves directly from pose to pose, and nothing is known of the way to the first.";
+        let direct = (!self.has_ways).then(|| direct.to_owned());
+        direct.into_iter().chain(self.other_payload.clone()).chain(told).collect()
     }
 }
 
@@ -205,4 +222,22 @@ fn times(cell: &Cell, motions: &[Rehearsed]) -> Vec<MotionTime> {
 fn duration(turn: f64, speed: f64, acceleration: f64) -> f64 {
     let speeding_up = speed / acceleration;
     if turn >= speed * speeding_up { turn / speed + speeding_up } else { 2.0 * (turn / acceleration).sqrt() }
+}
+
+/// Largest difference of two masses that are the same, kg: the rounding of a pendant.
+const SAME_MASS: f64 = 0.01;
+
+/// Tells of a payload of the plan that is not that of which the controller is told.
+fn other_payload(cell: &Cell, plan: &ProbingPlan) -> Option<String> {
+    let RobotSettings::Ur(settings) = &cell.robot else { return None };
+    let told = settings.payload.as_ref()?.mass;
+    let mut carried = plan.poses.iter().filter_map(|pose| cell.dataset.payloads.get(pose.payload));
+    let other = carried.find(|payload| (payload.mass - told).abs() > SAME_MASS)?;
+    let Payload { name, mass, .. } = other;
+    Some(format!("The plan carries the payload '{name}' of {mass:.3} kg, and the controller will be told {told:.3} kg."))
+}
+
+/// A count with its noun.
+fn many(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -22,6 +22,12 @@ pub(super) fn unchecked(cell: &Cell) -> Vec<String> {
     if cell.dataset.robot.solids.is_empty() {
         all.push("The robot's file names no bodies: the arm itself is not checked, and is drawn as lines.".into());
     }
+    all.push(
+        "Bodies on neighbouring links are not compared, for they meet at their joint: neither what is on the flange with the link \
+         before it, nor the base with what it stands on."
+            .into(),
+    );
+    all.push("The gauge is not compared with the ball that it probes, on which it closes.".into());
     all.push("Cables and hoses, of the gauge and of the arm, are not modelled.".into());
     all.push(
         "The arm is the nominal one. One that is not calibrated stands up to some millimetres beside it: a gap of less than 5 mm may \

@@ -13,9 +13,11 @@ use crate::measure::campaign::cell::Cell;
 use crate::measure::campaign::journal::JournalSession;
 use crate::measure::campaign::mastering::{Attendant, master, still_mastered};
 use crate::measure::dataset::Dataset;
-use crate::measure::poses::ways::{ArmAt, HomeWays, MasteringPlace, WayFinder, WayRequest, Whereabouts, whereabouts};
+use crate::measure::poses::ways::{
+    ArmAt, HomeWays, MasteringPlace, NOMINAL_WITHIN, WayFinder, WayRequest, Whereabouts, whereabouts,
+};
 use crate::measure::poses::{PlannedPose, ProbingPlan};
-use crate::robot::solids::{Clearance, Narrowest, Solid, SweptCheck};
+use crate::robot::solids::{Clearance, Solid, SweptCheck};
 use crate::units::{DEG, MM};
 
 /// Seed of the search for a way home: the same position gives the same way.
@@ -39,13 +41,17 @@ pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
         if let Some(why) = legs().find_map(|(from, to)| cell.guards.joint_motion(from, to).err()) {
             forbidden.push(format!("{motion}: {why}"));
         }
+        if let (Some(pose), WayPurpose::Contact) = (motion.pose, motion.purpose)
+            && let Some(why) = off_its_ball(cell, pose)
+        {
+            forbidden.push(format!("{motion}: {why}"));
+        }
         let gap = swept.as_mut().and_then(|swept| {
             let ball = motion.ball.and_then(|k| swept.fixed_named(&Solid::ball_name(&cell.dataset.balls.get(k)?.id)));
-            legs().filter_map(|(from, to)| swept.narrowest(from, to, 0.0, ball)).find(|gap| gap.clearance.distance <= 0.0)
+            let gaps = legs().filter_map(|(from, to)| Some(swept.narrowest(from, to, f64::NEG_INFINITY, ball)?.clearance));
+            gaps.min_by(|a, b| a.distance.total_cmp(&b.distance)).filter(Clearance::is_contact)
         });
-        touching.extend(
-            gap.map(|Narrowest { clearance: Clearance { between: [a, b], .. }, .. }| format!("{motion}: {a} hits {b}")),
-        );
+        touching.extend(gap.map(|Clearance { between: [a, b], .. }| format!("{motion}: {a} and {b} touch")));
     }
     let gapless = plan.poses.iter().filter(|pose| pose.clearance.is_some_and(|gap| gap <= 0.0));
     forbidden.extend(gapless.map(|pose| format!("pose '{}' has no clearance", pose.id)));
@@ -54,6 +60,15 @@ pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
         (true, false) => Err(StartError::Touching { motions: touching }),
         (false, _) => Err(StartError::Forbidden { motions: forbidden }),
     }
+}
+
+/// Why a contact is not one of its ball, if so: the gauge is led from within its range, which an arm that is not calibrated meets
+/// with its deviation; farther off the ball may meet anything but the plungers.
+pub fn off_its_ball(cell: &Cell, pose: &PlannedPose) -> Option<String> {
+    let ball = cell.dataset.balls.get(pose.ball)?;
+    let apart = (cell.guards.tcp(&pose.contact) - ball.position).norm();
+    let far = apart > cell.trical.safe_range + NOMINAL_WITHIN;
+    far.then(|| format!("the TCP is {:.1} mm from the centre of ball '{}'", apart / MM, ball.id))
 }
 
 /// A way of a plan.

@@ -14,6 +14,7 @@ use super::{Frame, Robot};
 use crate::units::MM;
 
 pub use solid::{Shape, Solid};
+use swept::FOUND_WITHIN;
 pub use swept::{Narrowest, SweptCheck};
 
 mod solid;
@@ -35,6 +36,13 @@ pub struct Clearance {
     pub distance: f64,
     /// The two bodies.
     pub between: [String; 2],
+}
+
+impl Clearance {
+    /// True if the bodies touch, as far as a motion's narrowest gap is known (see [`Narrowest`]).
+    pub fn is_contact(&self) -> bool {
+        self.distance <= FOUND_WITHIN * MM
+    }
 }
 
 /// A body placed in the world, mm.

@@ -12,7 +12,7 @@ use calibench::robot::kinematics::Posture;
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::solids::{ClearanceCheck, Solid};
 use calibench::units::MM;
-use calibench_rehearsal::{MotionTime, Phase, Rehearsal, Sources, rehearsal_page};
+use calibench_rehearsal::{MotionTime, Phase, Rehearsal, Rehearsed, Sources, rehearsal_page};
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::load_scenario;
 use nalgebra::Vector3;
@@ -110,12 +110,12 @@ fn a_body_put_in_the_way_after_the_plan_is_found_before_anything_moves() {
     let now = Rehearsal::of(&cell, &plan);
     assert!(now.touching() > 0 && !now.is_clear(), "{}", now.verdict());
     assert_eq!(now.gaps[0].other, "forgotten post");
-    assert!(now.verdict().contains("hit something") && now.verdict().contains("forgotten post"), "{}", now.verdict());
-    assert!(now.warnings()[0].contains("not those for which the plan was made"), "{:?}", now.warnings());
+    assert!(now.verdict().contains("with bodies that touch") && now.verdict().contains("forgotten post"), "{}", now.verdict());
+    assert!(now.warnings()[0].contains("is not that of the plan"), "{:?}", now.warnings());
     let refused = preflight(&cell, &plan).unwrap_err();
     assert!(matches!(&refused, StartError::Touching { .. }) && refused.to_string().contains("forgotten post"), "{refused}");
     let page = rehearsal_page(&cell, &now, &Sources { cell: "cell".into(), plan: "plan".into() });
-    assert!(page.contains("forgotten post hits") || page.contains("hits forgotten post"), "the page says so");
+    assert!(page.contains("and forgotten post touch"), "the page says so");
 }
 
 #[test]
@@ -141,4 +141,16 @@ fn the_time_is_that_of_the_largest_turns() {
     cell.speed_percent *= 2;
     let [MotionTime { time: fast, .. }] = time(&cell)[..] else { panic!("the driver orders one speed") };
     assert!((slow / fast - 2.0).abs() < 1e-9, "twice the speed takes half the time");
+}
+
+#[test]
+fn a_contact_that_is_none_of_its_ball_is_refused() {
+    let (cell, mut plan) = planned("paper");
+    let other = plan.poses.iter().position(|pose| pose.ball != plan.poses[0].ball && !pose.reserve).unwrap();
+    plan.poses[0].ball = plan.poses[other].ball;
+    let rehearsal = Rehearsal::of(&cell, &plan);
+    assert!(!rehearsal.is_clear() && rehearsal.off_their_balls() == 1, "{}", rehearsal.verdict());
+    let wrong = rehearsal.motions.iter().find_map(Rehearsed::wrong).unwrap();
+    assert!(wrong.contains("mm from the centre of ball"), "{wrong}");
+    assert!(preflight(&cell, &plan).unwrap_err().to_string().contains(&wrong), "measure refuses it in the same words");
 }

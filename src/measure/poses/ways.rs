@@ -18,7 +18,7 @@ pub use request::{WAY_MARGIN, WayRequest};
 pub use whereabouts::{Whereabouts, whereabouts};
 
 use polyline::{length, part};
-use request::NOMINAL_WITHIN;
+pub(crate) use request::NOMINAL_WITHIN;
 use thiserror::Error;
 
 use crate::robot::solids::{Clearance, Narrowest, SweptCheck};

@@ -13,7 +13,7 @@ use crate::robot::{FramePose, Link, Robot};
 use crate::units::MM;
 
 /// Tolerance of the narrowest gap, mm: it limits the evaluations of a pair that stays near its narrowest.
-const FOUND_WITHIN: f64 = 0.5;
+pub(super) const FOUND_WITHIN: f64 = 0.5;
 
 /// The pace of a pair that may touch.
 const EXCEPTED: f64 = -1.0;

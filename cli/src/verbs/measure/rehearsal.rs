@@ -25,7 +25,7 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &
         cell.guards.max_step / MM,
         cell.speed_percent
     ))?;
-    print_answer(rehearsal.clearance_sentence())?;
+    print_answer(if rehearsal.is_clear() { rehearsal.clearance_sentence() } else { rehearsal.verdict() })?;
     for warning in rehearsal.warnings() {
         warn(&format!("warning: {warning}"));
     }
@@ -33,16 +33,15 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &
         write_whole(page, rehearsal_page(cell, &rehearsal, sources).as_bytes())?;
         note(&format!("the motions as a film, and what was not checked, are in {}", page.display()));
     }
-    match (rehearsal.forbidden(), rehearsal.touching()) {
-        (0, 0) => Ok(Outcome::Done),
-        (0, touching) => {
-            let remedy = "plan again with `calibench plan CELL`, or correct the scene";
-            Err(format!("{touching} motions hit bodies of the cell; {remedy}").into())
-        }
-        (forbidden, _) => {
-            Err(format!("{forbidden} motions are forbidden by the guards of the cell; plan again, or correct [guards]").into())
-        }
-    }
+    let remedy = match (rehearsal.forbidden(), rehearsal.off_their_balls(), rehearsal.touching()) {
+        (0, 0, 0) => return Ok(Outcome::Done),
+        (0, 0, _) => "plan again with `calibench plan CELL`, or correct the scene",
+        (0, ..) => "plan again with `calibench plan CELL`, or correct the balls of the dataset",
+        _ => "plan again with `calibench plan CELL`, or correct [guards]",
+    };
+    let against = rehearsal.motions.iter().filter(|motion| motion.wrong().is_some()).count();
+    let plural = if against == 1 { " is" } else { "s are" };
+    Err(format!("{against} motion{plural} forbidden by the guards of the cell, its bodies or its balls; {remedy}").into())
 }
 
 fn row(cell: &Cell, motion: &Rehearsed) -> [String; 7] {

@@ -7,7 +7,7 @@ use crate::robot::{FramePose, Robot};
 use crate::units::MM;
 
 /// Largest deviation of an uncalibrated arm from its nominal position, m (docs/cell.md).
-pub(super) const NOMINAL_WITHIN: f64 = 5.0 * MM;
+pub(crate) const NOMINAL_WITHIN: f64 = 5.0 * MM;
 
 /// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position
 /// (docs/cell.md).
