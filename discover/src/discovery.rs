@@ -7,7 +7,7 @@ use calibench::identify::calibration::IdentifyError;
 use calibench::measure::dataset::NamedDataset;
 use nalgebra::DMatrix;
 
-use crate::data::{Data, SIGNIFICANT, beside};
+use crate::data::{Data, Fitted, SIGNIFICANT, beside};
 use crate::false_laws::Nothing;
 use crate::field::Found;
 use crate::law::{Doubt, Law};
@@ -45,6 +45,8 @@ pub struct Discovery {
     pub suspected: Option<Law>,
     /// Effects of the catalogue that explain better what they explain than any law, in the order in which they were found.
     pub listed: Vec<String>,
+    /// True if the residual is what ordinary amounts of effects of the catalogue leave in a robot, and not noise alone.
+    pub is_ordinary: bool,
     /// Number of laws that were tried.
     pub tried: usize,
     /// Number of samples.
@@ -99,11 +101,13 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
     let mut found =
         Discovery { samples: examination.problem().sample_count(), searched: data.spans.len(), ..Discovery::default() };
     let mut listed_names = Vec::new();
+    let (mut of_listed, mut of_laws) = (DMatrix::zeros(taken.nrows(), 0), Vec::new());
     while found.laws.len() < MOST_LAWS {
         let ground = data.ground(&taken);
         let metrics = ground.metrics();
         let searched = field.search(&metrics, true);
         found.tried += searched.tried;
+        found.is_ordinary = metrics.likely_size(&DMatrix::zeros(taken.nrows(), 0)) > 0;
         let best = searched.best.iter().find(|f| data.is_law(f, &metrics));
         let listed = data.best_listed(&metrics);
         let of_law = best.map_or(f64::NEG_INFINITY, |f| f.ln_odds);
@@ -113,6 +117,7 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
         let mut take_listed = |count: usize, taken: &mut DMatrix<f64>| {
             for one in &chain[..count] {
                 *taken = beside(taken, &one.listed.columns);
+                of_listed = beside(&of_listed, &one.listed.columns);
                 listed_names.push(one.listed.name.clone());
             }
             listed_names.len() <= MOST_LISTED
@@ -140,10 +145,25 @@ pub fn discover(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Discover
             break;
         }
         found.laws.push(law);
-        taken = beside(&taken, &columns.select_columns(&kept));
+        let columns = columns.select_columns(&kept);
+        taken = beside(&taken, &columns);
+        of_laws.push(columns);
     }
+    refit(&data, &of_listed, &of_laws, &mut found.laws);
     listed_names.truncate(MOST_LISTED);
     Ok(Discovery { listed: listed_names, ..found })
+}
+
+/// Fits every law beside all others and the effects of the catalogue: each was fitted before the next was found.
+fn refit(data: &Data, of_listed: &DMatrix<f64>, of_laws: &[DMatrix<f64>], laws: &mut [Law]) {
+    for (k, (law, columns)) in laws.iter_mut().zip(of_laws).enumerate() {
+        let others = of_laws.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, columns)| columns);
+        let ground = others.fold(beside(&data.fitted, of_listed), |ground, columns| beside(&ground, columns));
+        let fitted = Fitted::of(&data.ground(&ground).metrics(), columns);
+        for (k, term) in law.terms.iter_mut().enumerate() {
+            (term.coefficient, term.sigma) = (fitted.coefficients[k], fitted.sigmas[k]);
+        }
+    }
 }
 
 /// Why a law is not taken; `chi2_per_dof` is that of the residual with it, where the noise is stated.

@@ -14,6 +14,9 @@ const HIGHEST_OF_PRODUCTS: u8 = 40;
 /// A function varies if its standard deviation is more than this share of its largest value.
 const VARIES: f64 = 1e-3;
 
+/// A joint is loaded if it is by more than this share of the heaviest load of any.
+const LOADS: f64 = 1e-3;
+
 /// A simple function: one column, or two for a wave of unknown phase.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Factor {
@@ -115,7 +118,13 @@ impl Factors {
         let travels = (0..robot.joints()).filter(|&j| robot.kind(j) != JointKind::Revolute).collect();
         let mut factors = Factors { all: Vec::new(), values: DMatrix::zeros(samples, 0), travels };
         let mut columns: Vec<Vec<f64>> = Vec::new();
+        let heaviest = known.iter().filter(|k| matches!(k.variable, Variable::Torque(_))).map(|k| largest_of(&k.values));
+        let heaviest = heaviest.fold(0.0, f64::max);
         for Known { variable, values } in known {
+            // The load on an axis through the centre of mass is what rounding makes of zero.
+            if matches!(variable, Variable::Torque(_)) && largest_of(values) < LOADS * heaviest {
+                continue;
+            }
             let turns = factors.turns(*variable);
             let reference = Reference::of(*variable, values);
             // Factors of one variable share the columns of their functions.
@@ -178,13 +187,17 @@ struct Made {
     column: usize,
 }
 
+/// The largest absolute value.
+fn largest_of(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |a, x| a.max(x.abs()))
+}
+
 /// True if it is not the same at every sample.
 fn varies(column: &[f64]) -> bool {
     let n = column.len().max(1) as f64;
     let mean = column.iter().sum::<f64>() / n;
     let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-    let largest = column.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-    spread.is_finite() && spread > VARIES * largest
+    spread.is_finite() && spread > VARIES * largest_of(column)
 }
 
 /// The number to two digits.
@@ -208,10 +221,10 @@ fn kinds(variable: Variable, turns: bool) -> Vec<Kind> {
     let wave = |k: u8, multiplies: bool| Kind { functions: vec![Sine(k), Cosine(k)], multiplies, only_of: None };
     match variable {
         Variable::Joint(j) if turns => {
-            let own = (3..=HIGHEST_ORDER).map(|k| Kind { only_of: Some(j), ..wave(k, k <= HIGHEST_OF_PRODUCTS) });
-            let common = [wave(1, true), wave(2, true)].into_iter().chain(all(&[Plain, Sine(1), Cosine(1)], true));
+            let own = (5..=HIGHEST_ORDER).map(|k| Kind { only_of: Some(j), ..wave(k, k <= HIGHEST_OF_PRODUCTS) });
+            let common = (1..=4).map(|k| wave(k, k < 4)).chain(all(&[Plain, Sine(1), Cosine(1), Square, Abs], true));
             let both = Kind { functions: vec![Sine(1), Cosine(1), Sine(2), Cosine(2)], multiplies: false, only_of: None };
-            let others = all(&[Square, Cube, Abs, Saturation(3), Saturation(10)], false);
+            let others = all(&[Cube, Saturation(3), Saturation(10)], false);
             common.chain([both]).chain(others).chain(own).collect()
         }
         Variable::Sum(..) | Variable::Difference(..) if turns => vec![wave(1, true), wave(2, false)],

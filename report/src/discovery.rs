@@ -88,7 +88,10 @@ pub fn no_law_sentence(found: &Discovery) -> Option<String> {
                 ),
             }
         }
-        None => format!("No law stands out: {tried}, and none explains more than chance or the catalogue does."),
+        None if found.is_ordinary => format!(
+            "No law stands out: {tried}, and none explains more than the catalogue does. More than noise remains, of an amount that is ordinary for effects of the catalogue: `calibench diagnose` names them."
+        ),
+        None => format!("No law stands out: {tried}, and none explains more than chance does."),
     })
 }
 

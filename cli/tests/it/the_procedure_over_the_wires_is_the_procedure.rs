@@ -26,7 +26,7 @@ const CENTRED: f64 = 2.0 * UM;
 const BOTH_CENTRED: f64 = 2.0 * 1.733 * 3.0 * UM;
 
 /// Most probings of eighty by the Universal Robot that may differ by a step: with readings near the tolerance, their noise decides
-/// about one step more. One in twenty does; of eighty that would be more than eight in 2 % of the plans.
+/// about one step more. Seven of this plan do, three of another.
 const ONE_STEP_MORE: usize = 8;
 
 /// Largest difference of a parameter between the two, in its own one-sigma. Samples that differ by a micrometre differ by a
