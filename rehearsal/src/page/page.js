@@ -6,7 +6,7 @@ import { draw } from "calibench-report/drawing.js";
 import { drawn } from "calibench-report/drawn.js";
 import { button, byId, element, list, present, quiet, sentence, table, unfold } from "calibench-report/elements.js";
 import { VIEWS } from "calibench-report/eye.js";
-import { goTo, handle } from "calibench-report/handling.js";
+import { goTo, handle, moved } from "calibench-report/handling.js";
 import { redrawOnChange } from "calibench-report/redraw.js";
 import { fixed } from "calibench-report/text.js";
 import { paintStage } from "calibench-rehearsal/stage.js";
@@ -113,17 +113,7 @@ function stage() {
     stop();
     show(Number(along.value));
   });
-  /** @type {(azimuth: number, elevation: number) => void} */
-  const turn = (byAzimuth, byElevation) => {
-    view.azimuth += byAzimuth;
-    view.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, view.elevation + byElevation));
-    paint();
-  };
-  /** @param {number} by */
-  const zoom = (by) => {
-    view.zoom = Math.max(0.5, Math.min(12, view.zoom * by));
-    paint();
-  };
+  const { turn, zoom } = moved(view, paint);
   handle(host, { turn, zoom, step, nearest: () => null, mark: () => undefined });
   drawn.push({
     host,

@@ -26,6 +26,25 @@ export function goTo(view, [azimuth, elevation], paint) {
 }
 
 /**
+ * What turns a view and brings it nearer.
+ * @param {{ azimuth: number, elevation: number, zoom: number }} view
+ * @param {() => void} paint
+ */
+export const moved = (view, paint) => ({
+  /** @type {(azimuth: number, elevation: number) => void} */
+  turn(azimuth, elevation) {
+    view.azimuth += azimuth;
+    view.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, view.elevation + elevation));
+    paint();
+  },
+  /** @param {number} by */
+  zoom(by) {
+    view.zoom = Math.max(0.5, Math.min(12, view.zoom * by));
+    paint();
+  },
+});
+
+/**
  * One finger turns sideways and leaves the page its scrolling; two fingers zoom.
  * @param {HTMLElement} host
  * @param {object} acts

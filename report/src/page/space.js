@@ -5,7 +5,7 @@
 import { drawn } from "./drawn.js";
 import { button, element } from "./elements.js";
 import { VIEWS } from "./eye.js";
-import { goTo, handle } from "./handling.js";
+import { goTo, handle, moved } from "./handling.js";
 import { awaited } from "./key.js";
 import { lookAt, lookedAt } from "./linked.js";
 import { residualMaps } from "./maps.js";
@@ -80,17 +80,7 @@ export function space(report) {
     const s = samples[(at() + by + samples.length) % samples.length];
     lookAt(s.id, `${s.id}: ${digits(s.length_um)} µm`);
   };
-  /** @type {(azimuth: number, elevation: number) => void} */
-  const turn = (azimuth, elevation) => {
-    view.azimuth += azimuth;
-    view.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, view.elevation + elevation));
-    paint();
-  };
-  /** @param {number} by */
-  const zoom = (by) => {
-    view.zoom = Math.max(0.5, Math.min(12, view.zoom * by));
-    paint();
-  };
+  const { turn, zoom } = moved(view, paint);
   /** @param {string | null} id */
   const mark = (id) => lookAt(id, id === null ? "no sample marked" : null);
   tell();
