@@ -27,8 +27,7 @@ const WAY_SEED: u64 = 1;
 /// distance between balls.
 const CLEAR_OF_BALLS: f64 = 50.0 * MM;
 
-/// Checks that the guards permit every motion of a plan, and that none touches a body that the cell names now, which may not be
-/// those of the plan; nothing moves.
+/// Checks that the guards permit every motion of a plan, and that none touches a body that the cell names now; nothing moves.
 ///
 /// # Errors
 /// The forbidden motions.
@@ -62,8 +61,8 @@ pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
     }
 }
 
-/// Why a contact is not one of its ball, if so: the gauge is led from within its range, which an arm that is not calibrated meets
-/// with its deviation; farther off the ball may meet anything but the plungers.
+/// Why a contact is not one of its ball, if so: beyond the gauge's range and the deviation of an arm that is not calibrated, the ball
+/// meets anything but the plungers.
 pub fn off_its_ball(cell: &Cell, pose: &PlannedPose) -> Option<String> {
     let ball = cell.dataset.balls.get(pose.ball)?;
     let apart = (cell.guards.tcp(&pose.contact) - ball.position).norm();

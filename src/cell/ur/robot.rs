@@ -79,8 +79,8 @@ impl UrRobot {
         None
     }
 
-    /// The state, and whether the program of this library runs. A program that begins or ends, or that waits for an order to be
-    /// confirmed, gets the time to show itself: the registers of one that was stopped keep their values, that of a running one counts on.
+    /// The state, and whether the program of this library runs. One that begins, ends or waits gets the time to show itself: registers
+    /// of one that was stopped keep their values, that of a running one counts on.
     pub(super) fn with_program(&mut self) -> Result<(Seen, bool), UrError> {
         let began = Instant::now();
         let first = self.link.state()?.integer(registers::ALIVE);

@@ -252,7 +252,7 @@ impl Reading<'_> {
         if before.iter().any(|other| other.id == p.id) {
             return Err(self.wrong(&key("id"), format!("'{}' appears twice", p.id), "give every pose its own id"));
         }
-        // Directions of writing and other marks would rewrite the lists in which people look for a motion.
+        // They would rewrite the lists in which people look for a motion.
         let is_mark = |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
         if p.id.contains(is_mark) {
             return Err(self.wrong(&key("id"), "contains characters that are not printed", "give the pose another id"));

@@ -22,7 +22,7 @@ pub enum StartError {
         motions: Vec<String>,
     },
     /// Motions of the plan touch bodies of the cell; nothing has moved.
-    #[error("{}{}; nothing has moved; plan again with `calibench plan CELL`, which keeps clear of the bodies of its scene, or correct the scene", motions.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; "), rest(motions.len()))]
+    #[error("{}{}; nothing has moved; plan again with `calibench plan CELL`, or correct the scene", motions.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; "), rest(motions.len()))]
     Touching {
         /// Each motion, and what hits what.
         motions: Vec<String>,

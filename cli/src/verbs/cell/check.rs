@@ -95,7 +95,7 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
         Some(true) => "PRESSED",
         Some(false) => "not pressed",
     };
-    let own_model = "it is not that of the nominal arm: the controller has been calibrated, or the model is of another arm";
+    let own_model = "not the nominal arm: the controller has been calibrated, or the model is of another arm";
     let own_model = if distance > NOMINAL { own_model } else { "" };
     let sets_speed = state.speed_percent.round() as i64 != i64::from(cell.speed_percent);
     let sets_tool = moved > SAME_TOOL.0 || turned > SAME_TOOL.1;

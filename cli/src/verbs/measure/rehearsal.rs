@@ -12,8 +12,7 @@ use calibench_report::plain_table;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{note, print_answer, warn};
 
-/// Prints the motions of the plan in order, each with its joints and the TCP of the nominal arm, its clearance and the verdict of
-/// the guards; writes them to a page, if one is asked for.
+/// Prints the motions of the plan with their clearances and verdicts; writes them to a page, if one is asked for.
 pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &Sources) -> Result<Outcome, Failure> {
     let rehearsal = Rehearsal::of(cell, plan);
     let rows = rehearsal.motions.iter().map(|motion| row(cell, motion)).collect();
@@ -35,13 +34,13 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &
     }
     let remedy = match (rehearsal.forbidden(), rehearsal.off_their_balls(), rehearsal.touching()) {
         (0, 0, 0) => return Ok(Outcome::Done),
-        (0, 0, _) => "plan again with `calibench plan CELL`, or correct the scene",
-        (0, ..) => "plan again with `calibench plan CELL`, or correct the balls of the dataset",
-        _ => "plan again with `calibench plan CELL`, or correct [guards]",
+        (0, 0, _) => "plan again, or correct the scene",
+        (0, ..) => "plan again, or correct the balls of the dataset",
+        _ => "plan again, or correct [guards]",
     };
     let against = rehearsal.motions.iter().filter(|motion| motion.wrong().is_some()).count();
     let plural = if against == 1 { " is" } else { "s are" };
-    Err(format!("{against} motion{plural} forbidden by the guards of the cell, its bodies or its balls; {remedy}").into())
+    Err(format!("{against} motion{plural} forbidden by the guards, bodies or balls of the cell; {remedy}").into())
 }
 
 fn row(cell: &Cell, motion: &Rehearsed) -> [String; 7] {
