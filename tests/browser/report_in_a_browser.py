@@ -215,7 +215,7 @@ def faults(browser, page_file, pictures):
                 where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
                 found.append(f"{name}: {violation['impact'] or 'minor'}: {violation['id']}: {violation['help']} ({where})")
         if name == "light":
-            does = film if page.evaluate("'pictures' in JSON.parse(document.getElementById('data').textContent)") else deeds
+            does = film if page.evaluate("'tcp_mm' in JSON.parse(document.getElementById('data').textContent)") else deeds
             found += [f"{name}: {what}" for what in does(page)]
         context.close()
     return found
