@@ -34,7 +34,6 @@ pub(super) fn find_gaps(cell: &Cell, bodies: &Surroundings, motions: &mut [Rehea
             let mut least: Option<LeastGap> = None;
             let mut onto: Option<Clearance> = None;
             for (k, motion) in motions.iter_mut().enumerate() {
-                let [from, to] = motion.ends();
                 let found = if motion.phase == Phase::Retreat {
                     // The same path as onto the ball.
                     onto.take()
@@ -42,7 +41,7 @@ pub(super) fn find_gaps(cell: &Cell, bodies: &Surroundings, motions: &mut [Rehea
                     let touched =
                         motion.ball.filter(|_| motion.phase == Phase::Contact).and_then(|ball| dataset.balls.get(ball));
                     let except = touched.and_then(|ball| swept.fixed_named(&Solid::ball_name(&ball.id)));
-                    swept.narrowest(from, to, f64::NEG_INFINITY, except).map(|narrowest| narrowest.clearance)
+                    swept.narrowest(&motion.from, &motion.to, f64::NEG_INFINITY, except).map(|narrowest| narrowest.clearance)
                 };
                 let Some(gap) = found else { continue };
                 if motion.phase == Phase::Contact {

@@ -47,7 +47,7 @@ impl Film {
         };
         let mut at: Option<&[f64]> = None;
         for motion in motions {
-            let [from, to] = motion.ends();
+            let (from, to) = (motion.from.as_slice(), motion.to.as_slice());
             if at != Some(from) {
                 show(&mut film, from);
             }

@@ -1,10 +1,12 @@
 //! The motions of a plan, in the order in which they will be made.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use calibench::cell::guards::Forbidden;
-use calibench::measure::poses::ways::HomeWays;
+use calibench::measure::campaign::cell::Cell;
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::measure::session::{self, PlannedWay, WayPurpose, off_its_ball};
 use calibench::robot::solids::Clearance;
 
 /// What a motion is for.
@@ -51,8 +53,8 @@ pub struct Rehearsed {
     pub ball: Option<usize>,
     /// What it is for.
     pub phase: Phase,
-    /// Joints at its beginning, rad (N); `None` if the arm may come from anywhere.
-    pub from: Option<Vec<f64>>,
+    /// Joints at its beginning, rad (N); those at its end if the arm may come from anywhere.
+    pub from: Vec<f64>,
     /// Joints at its end, rad (N).
     pub to: Vec<f64>,
     /// The narrowest gap on it, m, to half a millimetre; `None` if the bodies in the cell are not known.
@@ -64,11 +66,6 @@ pub struct Rehearsed {
 }
 
 impl Rehearsed {
-    /// Both ends, rad. Of a motion from anywhere only its end is known.
-    pub fn ends(&self) -> [&[f64]; 2] {
-        [self.from.as_deref().unwrap_or(&self.to), &self.to]
-    }
-
     /// True if two bodies touch on it.
     pub fn touches(&self) -> bool {
         self.clearance.as_ref().is_some_and(Clearance::is_contact)
@@ -99,89 +96,61 @@ impl Rehearsed {
 
     /// The largest angle by which a joint turns, rad.
     pub fn turn(&self) -> f64 {
-        let [from, to] = self.ends();
-        from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
-    }
-}
-
-/// Motions in the making.
-struct Sequence {
-    motions: Vec<Rehearsed>,
-    at: Option<Vec<f64>>,
-    spare: bool,
-}
-
-impl Sequence {
-    fn go(&mut self, pose: Option<&PlannedPose>, phase: Phase, to: &[f64]) {
-        let motion = Rehearsed {
-            pose: pose.map(|pose| pose.id.clone()).unwrap_or_default(),
-            spare: self.spare,
-            ball: pose.map(|pose| pose.ball),
-            phase,
-            from: self.at.take(),
-            to: to.to_vec(),
-            clearance: None,
-            forbidden: None,
-            off_its_ball: None,
-        };
-        self.at = Some(to.to_vec());
-        self.motions.push(motion);
-    }
-
-    fn probe(&mut self, pose: &PlannedPose) {
-        pose.via.iter().for_each(|q| self.go(Some(pose), Phase::Way, q));
-        self.go(Some(pose), Phase::Approach, &pose.approach);
-        self.go(Some(pose), Phase::Contact, &pose.contact);
-        self.go(Some(pose), Phase::Retreat, &pose.approach);
-    }
-
-    fn go_home(&mut self, ways: Option<&HomeWays>, from: &PlannedPose) {
-        let back = ways.map(|ways| ways.home_from(&from.id)).unwrap_or_default();
-        let Some((home, via)) = back.split_last() else { return };
-        via.iter().for_each(|q| self.go(Some(from), Phase::Homeward, q));
-        self.go(Some(from), Phase::Home, home);
+        self.from.iter().zip(&self.to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
     }
 }
 
 /// The motions of a plan: the gauge is mastered first where the plan has a place for it, and the arm goes home before another
 /// payload is mounted and at the end. After them those that may be needed: reserves, from home and back, and the ways home from
 /// all other poses.
-pub(super) fn motions(plan: &ProbingPlan) -> Vec<Rehearsed> {
-    let ways = plan.ways.as_ref();
-    let home = || ways.map(|ways| ways.home.clone());
-    let mut sequence = Sequence { motions: Vec::new(), at: home(), spare: false };
-    if let Some((ways, place)) = ways.and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
-        let via = &place.way.via;
-        via.iter().for_each(|q| sequence.go(None, Phase::Way, q));
-        sequence.go(None, Phase::Mastering, &place.q);
-        via.iter().rev().for_each(|q| sequence.go(None, Phase::Homeward, q));
-        sequence.go(None, Phase::Home, &ways.home);
+pub(super) fn motions(cell: &Cell, plan: &ProbingPlan) -> Vec<Rehearsed> {
+    let made: Vec<&PlannedPose> = plan.poses.iter().filter(|pose| !pose.reserve).collect();
+    // After the last pose with a payload the arm goes home in any case.
+    let is_last = |(k, pose): &(usize, &&PlannedPose)| made.get(k + 1).is_none_or(|next| next.payload != pose.payload);
+    let last: BTreeSet<&str> = made.iter().enumerate().filter(is_last).map(|(_, pose)| pose.id.as_str()).collect();
+    let (mut first, mut main, mut reserves, mut home) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for planned in session::motions(plan) {
+        let list = match (planned.pose, planned.purpose) {
+            (None, _) => &mut first,
+            (Some(pose), _) if pose.reserve => &mut reserves,
+            (Some(pose), WayPurpose::Home) if !last.contains(pose.id.as_str()) => &mut home,
+            _ => &mut main,
+        };
+        add(list, cell, &planned);
     }
-    let mut before: Option<&PlannedPose> = None;
-    let mut stops_early: Vec<&PlannedPose> = Vec::new();
-    for pose in plan.poses.iter().filter(|pose| !pose.reserve) {
-        if let Some(last) = before {
-            if last.payload == pose.payload {
-                stops_early.push(last);
-            } else {
-                sequence.go_home(ways, last);
-            }
+    let spare = reserves.into_iter().chain(home).map(|motion| Rehearsed { spare: true, ..motion });
+    first.into_iter().chain(main).chain(spare).collect()
+}
+
+/// Adds the motions of a way; of one that is gone back, there and back.
+fn add(to: &mut Vec<Rehearsed>, cell: &Cell, planned: &PlannedWay<'_>) {
+    let (between, last) = match planned.purpose {
+        WayPurpose::Approach => (Phase::Way, Phase::Approach),
+        WayPurpose::Contact => (Phase::Way, Phase::Contact),
+        WayPurpose::Home => (Phase::Homeward, Phase::Home),
+        WayPurpose::Mastering => (Phase::Way, Phase::Mastering),
+    };
+    let mut go = |way: &[Vec<f64>], between: Phase, last: Phase| {
+        for (k, leg) in way.windows(2).enumerate() {
+            let phase = if k + 2 == way.len() { last } else { between };
+            to.push(Rehearsed {
+                pose: planned.pose.map(|pose| pose.id.clone()).unwrap_or_default(),
+                spare: false,
+                ball: planned.pose.map(|pose| pose.ball),
+                phase,
+                from: leg[0].clone(),
+                to: leg[1].clone(),
+                clearance: None,
+                forbidden: cell.guards.joint_motion(&leg[0], &leg[1]).err(),
+                off_its_ball: planned.pose.filter(|_| phase == Phase::Contact).and_then(|pose| off_its_ball(cell, pose)),
+            });
         }
-        sequence.probe(pose);
-        before = Some(pose);
+    };
+    go(&planned.way, between, last);
+    let back: Vec<Vec<f64>> = planned.way.iter().rev().cloned().collect();
+    match planned.purpose {
+        WayPurpose::Contact => go(&back, Phase::Way, Phase::Retreat),
+        WayPurpose::Mastering => go(&back, Phase::Homeward, Phase::Home),
+        WayPurpose::Approach | WayPurpose::Home => {}
     }
-    if let Some(last) = before {
-        sequence.go_home(ways, last);
-    }
-    sequence.spare = true;
-    for pose in plan.poses.iter().filter(|pose| pose.reserve) {
-        sequence.at = home();
-        sequence.probe(pose);
-        sequence.go_home(ways, pose);
-    }
-    for pose in stops_early {
-        sequence.at = Some(pose.approach.clone());
-        sequence.go_home(ways, pose);
-    }
-    sequence.motions
 }

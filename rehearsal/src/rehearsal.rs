@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use calibench::cell::RobotSettings;
 use calibench::measure::campaign::cell::Cell;
 use calibench::measure::poses::ProbingPlan;
-use calibench::measure::session::off_its_ball;
 use calibench::robot::statics::Payload;
 use calibench::units::{DEG, MM};
 
@@ -72,13 +71,7 @@ pub struct MotionTime {
 impl Rehearsal {
     /// Goes through a plan in a cell. Nothing is connected to.
     pub fn of(cell: &Cell, plan: &ProbingPlan) -> Self {
-        let mut motions = motions(plan);
-        for motion in &mut motions {
-            let [from, to] = motion.ends();
-            motion.forbidden = cell.guards.joint_motion(from, to).err();
-            let pose = plan.poses.iter().find(|pose| motion.phase == Phase::Contact && pose.id == motion.pose);
-            motion.off_its_ball = pose.and_then(|pose| off_its_ball(cell, pose));
-        }
+        let mut motions = motions(cell, plan);
         let gaps = cell.surroundings.as_ref().map(|bodies| find_gaps(cell, bodies, &mut motions)).unwrap_or_default();
         let planned = planned_gaps(plan).min_by(|a, b| a.gap.total_cmp(&b.gap));
         Rehearsal {

@@ -65,7 +65,7 @@ fn every_gap_is_the_narrowest_of_its_motion() {
         let rehearsal = Rehearsal::of(&cell, &plan);
         assert!(rehearsal.is_clear(), "{name}: {}", rehearsal.verdict());
         for motion in &rehearsal.motions {
-            let [from, to] = motion.ends();
+            let (from, to) = (&motion.from, &motion.to);
             let said = motion.clearance.as_ref().unwrap().distance;
             let touched = motion.ball.filter(|_| matches!(motion.phase, Phase::Contact | Phase::Retreat));
             let looked = (0..=40).map(|k| {
@@ -85,10 +85,10 @@ fn every_gap_is_the_narrowest_of_its_motion() {
         assert_eq!(rehearsal.changed, [], "{name}");
         // Every motion begins where the one before ended.
         let made: Vec<_> = rehearsal.motions.iter().filter(|motion| !motion.spare).collect();
-        assert!(made.windows(2).all(|pair| pair[1].from.as_ref() == Some(&pair[0].to)), "{name}");
+        assert!(made.windows(2).all(|pair| pair[1].from == pair[0].to), "{name}");
         // What a session is checked for before it starts is what was gone through, except the mastering, which is gone back too.
         let postures = |ways: Vec<Vec<f64>>| ways.into_iter().map(|q| format!("{q:?}")).collect::<BTreeSet<_>>();
-        let rehearsed = rehearsal.motions.iter().flat_map(|motion| motion.ends().map(<[f64]>::to_vec)).collect();
+        let rehearsed = rehearsal.motions.iter().flat_map(|motion| [motion.from.clone(), motion.to.clone()]).collect();
         let checked = motions(&plan).into_iter().flat_map(|motion| motion.way).collect();
         assert_eq!(postures(rehearsed), postures(checked), "{name}");
     }
@@ -102,7 +102,7 @@ fn a_body_put_in_the_way_after_the_plan_is_found_before_anything_moves() {
     let rehearsal = Rehearsal::of(&cell, &plan);
     let way =
         rehearsal.motions.iter().filter(|motion| motion.phase == Phase::Approach).max_by(|a, b| a.turn().total_cmp(&b.turn()));
-    let [from, to] = way.unwrap().ends();
+    let (from, to) = (&way.unwrap().from, &way.unwrap().to);
     let middle: Vec<f64> = from.iter().zip(to).map(|(a, b)| (a + b) / 2.0).collect();
     let at = cell.guards.tcp(&middle);
     let post = Solid::capsule("forgotten post", 0, [at, at - Vector3::new(0.0, 0.0, 0.05)], 20.0 * MM);
