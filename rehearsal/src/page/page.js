@@ -6,7 +6,7 @@ import { draw } from "calibench-report/drawing.js";
 import { drawn } from "calibench-report/drawn.js";
 import { button, byId, element, list, present, quiet, sentence, table, unfold } from "calibench-report/elements.js";
 import { VIEWS } from "calibench-report/eye.js";
-import { goTo, handle, moved } from "calibench-report/handling.js";
+import { goTo, handle, moved, spaceHost } from "calibench-report/handling.js";
 import { redrawOnChange } from "calibench-report/redraw.js";
 import { fixed } from "calibench-report/text.js";
 import { paintStage } from "calibench-rehearsal/stage.js";
@@ -39,15 +39,10 @@ const motionAt = (picture) => {
 function stage() {
   const [azimuth, elevation] = VIEWS.Oblique;
   const view = { azimuth, elevation, zoom: 1 };
-  const host = element("div", {
-    class: "space",
-    tabindex: "0",
-    role: "application",
-    "aria-roledescription": "view in space",
-    "aria-label":
-      `The arm along ${motions.length} motions. Arrow keys turn the view, plus and minus zoom, brackets go from ` +
+  const host = spaceHost(
+    `The arm along ${motions.length} motions. Arrow keys turn the view, plus and minus zoom, brackets go from ` +
       "motion to motion; all motions are in a table below.",
-  });
+  );
   const told = element("p", { class: "quiet told-sample", role: "status" });
   const along = element("input", {
     type: "range",

@@ -1,6 +1,8 @@
 // @ts-check
 // A view in space in the hand: mouse, touch and keys.
 
+import { element } from "./elements.js";
+
 /**
  * From where one looks to another view; at once for those who do not want motion.
  * @param {{ azimuth: number, elevation: number, zoom: number }} view
@@ -24,6 +26,19 @@ export function goTo(view, [azimuth, elevation], paint) {
   if (still) frame(begun);
   else requestAnimationFrame(frame);
 }
+
+/**
+ * The element of a view in space.
+ * @param {string} label what it shows, and what its keys do
+ */
+export const spaceHost = (label) =>
+  element("div", {
+    class: "space",
+    tabindex: "0",
+    role: "application",
+    "aria-roledescription": "view in space",
+    "aria-label": label,
+  });
 
 /**
  * What turns a view and brings it nearer.

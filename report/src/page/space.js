@@ -5,7 +5,7 @@
 import { drawn } from "./drawn.js";
 import { button, element } from "./elements.js";
 import { VIEWS } from "./eye.js";
-import { goTo, handle, moved } from "./handling.js";
+import { goTo, handle, moved, spaceHost } from "./handling.js";
 import { awaited } from "./key.js";
 import { lookAt, lookedAt } from "./linked.js";
 import { residualMaps } from "./maps.js";
@@ -32,16 +32,11 @@ export function space(report) {
   const [azimuth, elevation] = VIEWS.Oblique;
   /** @type {ViewInSpace} */
   const view = { azimuth, elevation, zoom: 1, enlarged: usual, model: 0 };
-  const host = element("div", {
-    class: "space",
-    tabindex: "0",
-    role: "application",
-    "aria-roledescription": "view in space",
-    "aria-label":
-      `The arm and ${samples.length} residuals in space: the largest is ${millimetres(lengths[worst] / 1000)} mm at ` +
+  const host = spaceHost(
+    `The arm and ${samples.length} residuals in space: the largest is ${millimetres(lengths[worst] / 1000)} mm at ` +
       `${samples[worst].id}. Arrow keys turn the view, plus and minus zoom, brackets go from sample to sample; ` +
       "all samples are in a table below the residuals.",
-  });
+  );
   const told = element("p", { class: "quiet told-sample" });
   /** @type {ReturnType<typeof paintSpace> | null} */
   let painter = null;
