@@ -23,7 +23,7 @@ mod stop_request;
 mod trical;
 pub mod ur;
 
-pub(crate) use cell_reading::CellReading;
+pub use cell_reading::CellReading;
 pub use driver::{ControllerFrames, ControllerState, Driver, DriverError};
 pub(crate) use guards_keys::{GuardsKeys, TriCalKeys};
 pub use indicator::{Indicator, IndicatorError};

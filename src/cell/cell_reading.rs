@@ -5,18 +5,25 @@ use std::time::Duration;
 
 use crate::files::{FileError, field_error};
 
-/// The text of a cell file while it is read.
-pub(crate) struct CellReading<'a> {
+/// The text of a cell file while it is read. Its errors name the key.
+pub struct CellReading<'a> {
+    /// The file.
     pub path: &'a Path,
+    /// Its text.
     pub text: &'a str,
 }
 
 impl CellReading<'_> {
-    pub(crate) fn wrong(&self, key: &str, problem: impl Into<String>, remedy: &str) -> FileError {
+    /// The error of a key.
+    pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: &str) -> FileError {
         field_error(self.path, self.text, key, problem, remedy)
     }
 
-    pub(crate) fn positive(&self, key: &str, value: f64) -> Result<f64, FileError> {
+    /// A positive number.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn positive(&self, key: &str, value: f64) -> Result<f64, FileError> {
         if value > 0.0 { Ok(value) } else { Err(self.wrong(key, format!("{value} is not positive"), "give a positive number")) }
     }
 
@@ -27,8 +34,11 @@ impl CellReading<'_> {
         }
     }
 
-    /// Converts a time in units of `unit` seconds. Rejects a day or more, which is not a reasonable wait.
-    pub(crate) fn time(&self, key: &str, value: f64, unit: f64) -> Result<Duration, FileError> {
+    /// Converts a time in units of `unit` seconds.
+    ///
+    /// # Errors
+    /// When it is negative, or a day or more, which is not a reasonable wait.
+    pub fn time(&self, key: &str, value: f64, unit: f64) -> Result<Duration, FileError> {
         let seconds = value * unit;
         if !(0.0..86_400.0).contains(&seconds) {
             return Err(self.wrong(key, format!("{value} is not a waiting time"), "give zero or more, less than a day"));
@@ -36,7 +46,11 @@ impl CellReading<'_> {
         Ok(Duration::from_secs_f64(seconds))
     }
 
-    pub(crate) fn address(&self, key: &str, address: &str) -> Result<(), FileError> {
+    /// Checks a `HOST:PORT`.
+    ///
+    /// # Errors
+    /// When it is not one.
+    pub fn address(&self, key: &str, address: &str) -> Result<(), FileError> {
         let is_host = |host: &str| !host.is_empty() && !host.contains(|c: char| c == '/' || c == '@' || c.is_whitespace());
         let is_one = address.rsplit_once(':').is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok());
         if is_one { Ok(()) } else { Err(self.wrong(key, format!("'{address}' is not an address"), "give it as HOST:PORT")) }

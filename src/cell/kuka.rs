@@ -13,6 +13,6 @@ mod settings;
 
 pub use geometry::{e6axis, frame_of, joints_of, krl_frame};
 pub(crate) use keys::KukaKeys;
-pub use link::LinkError;
+pub use link::{Link, LinkError};
 pub use robot::{KukaRobot, KukaState};
 pub use settings::{Actions, Fitness, KukaSettings, RobotProgram, Variables};

@@ -30,11 +30,16 @@ pub const HARDWARE: u8 = 3;
 #[error("{0}")]
 pub struct Hardware(pub String);
 
+/// What a campaign measures.
+pub const PROBINGS: &str = "probings";
+
 /// A campaign interrupted by its cell or by the disk; its measurements are in its journal.
 #[derive(Debug, thiserror::Error)]
-#[error("{why}; {kept} probings are kept in {}: go on with `--resume`", journal.display())]
+#[error("{why}; {kept} {what} are kept in {}: go on with `--resume`", journal.display())]
 pub struct Interrupted {
     pub why: String,
+    /// What was measured, in the plural.
+    pub what: &'static str,
     pub kept: usize,
     pub journal: PathBuf,
 }

@@ -49,9 +49,25 @@ impl Operator {
             );
         }
         let stop = StopRequest::default();
-        let lines = listen(&stop);
-        stop_on_signals(&stop);
+        let lines = listen(Some(&stop));
+        stop_on_signals(&stop, "stopping the robot");
         Ok(Operator { lines, stop, is_asked: !yes })
+    }
+
+    /// Somebody who moves the robot, and types what the program is to do; from its creation on, Ctrl-C requests a stop.
+    pub fn who_jogs() -> Self {
+        let stop = StopRequest::default();
+        let lines = listen(None);
+        stop_on_signals(&stop, "ending the measurement");
+        Operator { lines, stop, is_asked: true }
+    }
+
+    /// The next typed line, waited for at most this long.
+    ///
+    /// # Errors
+    /// If none came, or none will come.
+    pub fn line(&self, wait: Duration) -> Result<String, RecvTimeoutError> {
+        self.lines.recv_timeout(wait)
     }
 
     /// The stop request.
@@ -98,14 +114,14 @@ impl Attendant for Operator {
     }
 }
 
-/// Receives typed lines; `q` requests a stop at any time.
-fn listen(stop: &StopRequest) -> Receiver<String> {
+/// Receives typed lines; `q` requests the stop, if there is one, at any time.
+fn listen(stop: Option<&StopRequest>) -> Receiver<String> {
     let (sender, lines) = channel();
-    let stop = stop.clone();
+    let stop = stop.cloned();
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines() {
             let Ok(line) = line else { return };
-            if line.trim().eq_ignore_ascii_case("q") {
+            if let Some(stop) = stop.as_ref().filter(|_| line.trim().eq_ignore_ascii_case("q")) {
                 stop.make();
             }
             if sender.send(line).is_err() {
@@ -116,14 +132,14 @@ fn listen(stop: &StopRequest) -> Receiver<String> {
     lines
 }
 
-/// The first Ctrl-C or similar signal stops the robot, the second one ends the program.
-fn stop_on_signals(stop: &StopRequest) {
+/// The first Ctrl-C or similar signal requests the stop, in these words; the second one ends the program.
+fn stop_on_signals(stop: &StopRequest, doing: &'static str) {
     let stop = stop.clone();
     std::thread::spawn(move || {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_io().build() else { return };
         runtime.block_on(async {
             interrupted().await;
-            drop(writeln!(std::io::stderr(), "\nstopping the robot; once more to end the program at once"));
+            drop(writeln!(std::io::stderr(), "\n{doing}; once more to end the program at once"));
             stop.make();
             interrupted().await;
             // The exit code by which a shell reports an interrupted program.

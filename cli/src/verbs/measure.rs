@@ -1,5 +1,6 @@
 //! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell; with `--cell CELL`, those of a real one.
 
+mod by_hand;
 pub(super) mod cell;
 pub(super) mod rehearsal;
 
@@ -24,7 +25,7 @@ use crate::arguments::choices::seed;
 use crate::arguments::choosing::{Choice, Chosen, finished};
 use crate::arguments::data::model_for;
 use crate::arguments::scenario::{read_document, read_scenario};
-use crate::terminal::failure::{Failure, Interrupted, Outcome};
+use crate::terminal::failure::{Failure, Interrupted, Outcome, PROBINGS};
 use crate::terminal::output::{print_answer, warn};
 use crate::terminal::progress::{CampaignBar, Waiting};
 use crate::terminal::streams::input;
@@ -36,9 +37,10 @@ use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::Scenario;
 use calibench_sim::session::{Session, centring};
 
-/// Two forms of call; clap's generated usage would merge them.
+/// Three forms of call; clap's generated usage would merge them.
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
-       calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
+       calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]
+       calibench measure --by-hand <STATION> --output <TABLE> [--resume]";
 
 /// Change of temperature during an adaptive campaign that is reported, K: a gear's error changes by some urad per kelvin.
 const TELLING_K: f64 = 1.0;
@@ -47,10 +49,10 @@ const TELLING_K: f64 = 1.0;
 #[command(override_usage = USAGE)]
 pub struct Arguments {
     /// Scenario file
-    #[arg(required_unless_present = "cell", conflicts_with = "cell")]
+    #[arg(required_unless_present_any = ["cell", "by_hand"], conflicts_with_all = ["cell", "by_hand"])]
     scenario: Option<PathBuf>,
-    /// Output folder for the dataset, which must not exist; until it is complete, DATASET.journal beside it holds the
-    /// measurements
+    /// Output folder for the dataset, which must not exist (with `--by-hand`, a table); until it is complete, DATASET.journal
+    /// beside it holds the measurements
     #[arg(short, long, visible_alias = "out", value_name = "DATASET", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
     /// Resume an interrupted campaign from its journal; start it if there is none
@@ -76,6 +78,10 @@ pub struct Arguments {
     /// With `--until-mm`, the model to identify; the default model of the data without it
     #[arg(long, value_name = "MODEL", requires = "until_mm", value_parser = input())]
     model: Option<PathBuf>,
+    /// Station file: somebody jogs the robot, the program reads its joints from the controller and the points from the
+    /// instrument
+    #[arg(long, value_name = "STATION", value_parser = input(), conflicts_with_all = ["cell", "plan", "seed", "plant", "visit", "until_mm"])]
+    by_hand: Option<PathBuf>,
     #[command(flatten)]
     real: measure_cell::CellArguments,
 }
@@ -104,6 +110,10 @@ pub struct Simulated<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let Some(station) = &arguments.by_hand {
+        let output = arguments.output.as_deref().ok_or("say where to write the table: -o TABLE.csv")?;
+        return by_hand::run(station, output, arguments.resume);
+    }
     let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
     // Whether the plan changes the payload is known of a plan, and of the scenario that is planned again.
     let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
@@ -258,8 +268,12 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     let visit = Visit { streams: Streams { seed, trial: 0 }, number: visit };
     let measured = measure(&scenario, &visit, &planned, &points, &mut journal, &mut observer);
     drop(observer);
-    let interrupted =
-        |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
+    let interrupted = |why: String, journal: &Journal| Interrupted {
+        why,
+        what: PROBINGS,
+        kept: journal.probings(),
+        journal: journal.path().into(),
+    };
     let (record, points) = match measured {
         Ok(measured) => measured,
         Err(RunError::Campaign(Abort::NotJournalled { why })) => return Err(interrupted(why, &journal).into()),

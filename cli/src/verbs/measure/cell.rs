@@ -27,7 +27,7 @@ use calibench_rehearsal::Sources;
 
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
-use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, hardware, not_started};
+use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, PROBINGS, hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
@@ -113,8 +113,12 @@ pub fn run(
     let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
     let record = campaign.run(guarded, stands, &mut gauges, &mut journal, &mut bar);
     drop(bar);
-    let interrupted =
-        |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
+    let interrupted = |why: String, journal: &Journal| Interrupted {
+        why,
+        what: PROBINGS,
+        kept: journal.probings(),
+        journal: journal.path().into(),
+    };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
     if !silent {

@@ -1,0 +1,103 @@
+//! Joint readings of a robot's controller, read only.
+
+mod abb;
+mod fanuc;
+mod kuka;
+mod text;
+mod ur;
+mod web;
+
+pub use abb::{AbbSettings, joints_of_answer};
+pub use fanuc::{FanucSettings, joints_of_page};
+pub use text::TextSettings;
+
+use calibench::units::{DEG, MM};
+use serde::{Deserialize, Serialize};
+
+use crate::ReadoutError;
+use abb::AbbService;
+use fanuc::FanucPage;
+use kuka::KukaVariables;
+use text::TextJoints;
+use ur::UrExchange;
+
+/// Unit of a joint's readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JointUnit {
+    /// Degrees.
+    Deg,
+    /// Radians.
+    Rad,
+    /// Millimetres, of a sliding joint.
+    Mm,
+    /// Metres, of a sliding joint.
+    M,
+}
+
+impl JointUnit {
+    /// One of it in SI: rad or m.
+    pub fn si(self) -> f64 {
+        match self {
+            JointUnit::Deg => DEG,
+            JointUnit::Mm => MM,
+            JointUnit::Rad | JointUnit::M => 1.0,
+        }
+    }
+
+    /// True for the units of a sliding joint.
+    pub fn is_length(self) -> bool {
+        matches!(self, JointUnit::Mm | JointUnit::M)
+    }
+}
+
+/// Where joint readings come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Controller {
+    /// The page of current positions that a FANUC controller serves.
+    Fanuc(FanucSettings),
+    /// Robot Web Services of an ABB controller.
+    Abb(AbbSettings),
+    /// A variable server on a KUKA controller, at `HOST:PORT`.
+    Kuka(String),
+    /// Real-time data exchange of a Universal Robot, at `HOST:PORT`.
+    Ur(String),
+    /// Lines of text.
+    Text(TextSettings),
+    /// Nobody but the operator, who types this many numbers a posture.
+    Typed(usize),
+}
+
+impl Controller {
+    /// Unit of its readings where nothing else is said.
+    pub fn unit(&self) -> JointUnit {
+        match self {
+            Controller::Ur(_) => JointUnit::Rad,
+            _ => JointUnit::Deg,
+        }
+    }
+
+    /// Connects, read only; `None` if the operator types.
+    ///
+    /// # Errors
+    /// If it does not answer.
+    pub fn open(&self) -> Result<Option<Box<dyn JointReader>>, ReadoutError> {
+        Ok(Some(match self {
+            Controller::Fanuc(settings) => Box::new(FanucPage::new(settings)),
+            Controller::Abb(settings) => Box::new(AbbService::new(settings)),
+            Controller::Kuka(address) => Box::new(KukaVariables::open(address)?),
+            Controller::Ur(address) => Box::new(UrExchange::open(address)?),
+            Controller::Text(settings) => Box::new(TextJoints::open(settings)?),
+            Controller::Typed(_) => return Ok(None),
+        }))
+    }
+}
+
+/// A source of joint readings. Reading changes nothing.
+pub trait JointReader {
+    /// The joints now, in the unit of the source.
+    ///
+    /// # Errors
+    /// If there is no answer, or none that holds them.
+    fn joints(&mut self) -> Result<Vec<f64>, ReadoutError>;
+}

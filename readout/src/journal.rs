@@ -1,0 +1,193 @@
+//! The journal of a measurement by hand, `TABLE.journal`: one line of JSON for each posture measured, written before the next one
+//! begins, so that nothing that was measured is lost.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, cannot_be_read, cannot_be_written};
+use calibench::units::MM;
+use serde::{Deserialize, Serialize};
+
+use crate::joints::JointUnit;
+
+/// Name and version of the journal's lines.
+const FORMAT: &str = "calibench-by-hand-journal/1";
+
+/// A posture and the point measured in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// When, seconds since 1970.
+    pub time_s: f64,
+    /// Joints, SI: rad, or m of a sliding joint.
+    pub q: Vec<f64>,
+    /// The point in the instrument's frame, m.
+    pub point_m: [f64; 3],
+    /// The point's name, where the instrument sends one.
+    pub name: Option<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Head {
+    format: String,
+    units: Vec<JointUnit>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Entry {
+    Row(Row),
+    Undo { undo: bool },
+}
+
+/// Rows on their way to a table.
+pub struct Journal {
+    table: PathBuf,
+    path: PathBuf,
+    file: File,
+    units: Vec<JointUnit>,
+    rows: Vec<Row>,
+}
+
+impl Journal {
+    /// Where the journal of a table lies.
+    pub fn of(table: &Path) -> PathBuf {
+        let mut path = table.as_os_str().to_owned();
+        path.push(".journal");
+        path.into()
+    }
+
+    /// Begins a journal, or goes on with the one that is there if `resume` says so. `units` are those of the joints, in the
+    /// number of the arm; where they are not known yet, none.
+    ///
+    /// # Errors
+    /// If there is a journal and nobody wants to go on, it is of other joints, or the disk refuses.
+    pub fn open(table: &Path, units: &[JointUnit], resume: bool) -> Result<Self, FileError> {
+        let path = Journal::of(table);
+        let before = match std::fs::read_to_string(&path) {
+            Ok(text) if resume => Some(text),
+            Ok(_) => {
+                let remedy = "add --resume to go on with it, or delete it";
+                return Err(FileError::whole(&path, "holds a measurement that was interrupted", remedy));
+            }
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
+            Err(e) => return Err(cannot_be_read(&path, e)),
+        };
+        let rows = match &before {
+            Some(text) => rows_of(&path, text, units)?,
+            None => Vec::new(),
+        };
+        let is_new = before.as_ref().is_none_or(|text| text.is_empty());
+        let file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, e))?;
+        let mut journal = Journal { table: table.into(), path, file, units: units.to_vec(), rows };
+        if is_new {
+            journal.write(&Head { format: FORMAT.into(), units: units.to_vec() })?;
+        } else if before.is_some_and(|text| !text.ends_with('\n')) {
+            // The line that the interruption tore is ended, and passed over when it is read again.
+            journal.file.write_all(b"\n").map_err(|e| cannot_be_written(&journal.path, e))?;
+        }
+        Ok(journal)
+    }
+
+    /// What was measured so far.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Where it lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Adds a row, which is on the disk afterwards.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn add(&mut self, row: Row) -> Result<(), FileError> {
+        self.write(&row)?;
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Takes the last row back, and returns it.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn undo(&mut self) -> Result<Option<Row>, FileError> {
+        if self.rows.is_empty() {
+            return Ok(None);
+        }
+        self.write(&Entry::Undo { undo: true })?;
+        Ok(self.rows.pop())
+    }
+
+    /// The table: CSV with a time from its first row on, the joints, the point, and its name where one has any.
+    pub fn table(&self) -> String {
+        let unit = |k: usize| self.units.get(k).copied().unwrap_or(JointUnit::Deg);
+        let joints = self.rows.first().map_or(0, |row| row.q.len());
+        let is_named = self.rows.iter().any(|row| row.name.is_some());
+        let titles = (0..joints).map(|k| format!("q{}_{}", k + 1, if unit(k).is_length() { "mm" } else { "deg" }));
+        let mut text = format!("time_s,{},x_mm,y_mm,z_mm", titles.collect::<Vec<_>>().join(","));
+        text += if is_named { ",name\n" } else { "\n" };
+        let began = self.rows.first().map_or(0.0, |row| row.time_s);
+        for row in &self.rows {
+            let outside = |(k, q): (usize, &f64)| if unit(k).is_length() { q / MM } else { q.to_degrees() };
+            text += &format!("{:.2}", row.time_s - began);
+            row.q.iter().enumerate().map(outside).for_each(|q| text += &format!(",{q:.6}"));
+            row.point_m.iter().for_each(|x| text += &format!(",{:.5}", x / MM));
+            if is_named {
+                text += &format!(",\"{}\"", row.name.as_deref().unwrap_or_default().replace('"', "'"));
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Writes the table, whole, and removes the journal.
+    ///
+    /// # Errors
+    /// If the disk refuses; the journal is then still there.
+    pub fn finish(self) -> Result<(), FileError> {
+        calibench::files::disk::write_whole(&self.table, self.table().as_bytes())?;
+        std::fs::remove_file(&self.path).map_err(|e| cannot_be_written(&self.path, e))
+    }
+
+    /// Removes a journal without rows.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn discard(self) -> Result<(), FileError> {
+        std::fs::remove_file(&self.path).map_err(|e| cannot_be_written(&self.path, e))
+    }
+
+    fn write(&mut self, line: &impl Serialize) -> Result<(), FileError> {
+        let failed = |e| cannot_be_written(&self.path, e);
+        let mut text = serde_json::to_string(line).map_err(|e| failed(e.into()))?;
+        text.push('\n');
+        self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data()).map_err(failed)
+    }
+}
+
+/// The rows of a journal, for an arm whose joints have these units.
+fn rows_of(path: &Path, text: &str, units: &[JointUnit]) -> Result<Vec<Row>, FileError> {
+    let mut lines = text.lines();
+    let Some(first) = lines.next() else { return Ok(Vec::new()) };
+    let head: Result<Head, _> = serde_json::from_str(first);
+    let Some(head) = head.ok().filter(|head| head.format == FORMAT) else {
+        return Err(FileError::whole(path, "is not a journal of a measurement by hand", "give another output, or delete it"));
+    };
+    if head.units != units {
+        let problem = format!("was made with {} joints of other units or number", head.units.len());
+        return Err(FileError::whole(path, problem, "undo the change of the station, or begin another table"));
+    }
+    let mut rows = Vec::new();
+    for line in lines {
+        // A line torn by an interruption holds nothing that was confirmed.
+        match serde_json::from_str(line) {
+            Ok(Entry::Row(row)) => rows.push(row),
+            Ok(Entry::Undo { .. }) => drop(rows.pop()),
+            Err(_) => {}
+        }
+    }
+    Ok(rows)
+}

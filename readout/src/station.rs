@@ -1,0 +1,350 @@
+//! `station.toml`: where the joints and the points of a measurement by hand come from.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use calibench::cell::CellReading;
+use calibench::files::{FileError, parse_toml, read_text};
+use calibench::units::{DEG, MM, UM};
+use serde::Deserialize;
+
+use crate::joints::{AbbSettings, Controller, FanucSettings, JointUnit, TextSettings};
+use crate::line_form::LineForm;
+use crate::line_link::End;
+use crate::points::{InstrumentSettings, POINT_FIELDS};
+
+/// Name and version of the format.
+pub const STATION_FORMAT: &str = "calibench-station/1";
+
+/// A measurement by hand: somebody jogs the arm, the program reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Station {
+    /// The file.
+    pub file: PathBuf,
+    /// Where the joints come from.
+    pub controller: Controller,
+    /// Unit of each joint; those that are not named have the controller's.
+    pub units: Vec<JointUnit>,
+    /// Where the points come from; `None` if the operator types them.
+    pub instrument: Option<InstrumentSettings>,
+    /// Unit of typed points, m.
+    pub typed_unit: f64,
+    /// When the arm counts as still.
+    pub still: StillSettings,
+}
+
+/// When an arm counts as still, and when that is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StillSettings {
+    /// No joint may move for this long.
+    pub wait: Duration,
+    /// Largest range of a turning joint meanwhile, rad.
+    pub angle: f64,
+    /// Largest range of a sliding joint meanwhile, m.
+    pub length: f64,
+    /// True if every new posture is measured at once, without Enter.
+    pub is_automatic: bool,
+}
+
+impl Station {
+    /// Unit of a joint, counted from 0.
+    pub fn unit(&self, joint: usize) -> JointUnit {
+        self.units.get(joint).copied().unwrap_or(self.controller.unit())
+    }
+}
+
+/// Default wait for an arm to be still.
+const STILL_S: f64 = 1.0;
+/// Default range of a turning joint meanwhile, deg: twice the last digit of a FANUC's page.
+const STILL_DEG: f64 = 0.02;
+/// Default range of a sliding joint meanwhile, mm.
+const STILL_MM: f64 = 0.02;
+/// Default wait for a point: somebody may have to aim first.
+const POINT_S: f64 = 30.0;
+/// Default wait for a line of joints.
+const JOINTS_S: f64 = 2.0;
+/// Default distance of averaged points from their mean, mm.
+const SCATTER_MM: f64 = 0.1;
+/// Usual joints of an arm.
+const USUAL_JOINTS: usize = 6;
+/// Most joints of an arm.
+const MOST_JOINTS: usize = 12;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StationToml {
+    format: String,
+    controller: ControllerToml,
+    #[serde(default)]
+    instrument: InstrumentToml,
+    #[serde(default)]
+    still: StillToml,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+enum ControllerKind {
+    Fanuc,
+    Abb,
+    Kuka,
+    Ur,
+    Text,
+    Typed,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControllerToml {
+    kind: ControllerKind,
+    address: Option<String>,
+    listen: Option<String>,
+    user: Option<String>,
+    password: Option<String>,
+    group: Option<usize>,
+    unit: Option<String>,
+    ask: Option<String>,
+    line: Option<String>,
+    timeout_s: Option<f64>,
+    joints: Option<usize>,
+    units: Option<Vec<JointUnit>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct InstrumentToml {
+    address: Option<String>,
+    listen: Option<String>,
+    trigger: Option<String>,
+    line: Option<String>,
+    unit: Option<LengthUnit>,
+    average_s: Option<f64>,
+    scatter_mm: Option<f64>,
+    timeout_s: Option<f64>,
+}
+
+#[derive(Deserialize, Clone, Copy, Default)]
+#[serde(rename_all = "kebab-case")]
+enum LengthUnit {
+    #[default]
+    Mm,
+    M,
+    Um,
+    In,
+}
+
+impl LengthUnit {
+    fn si(self) -> f64 {
+        match self {
+            LengthUnit::Mm => MM,
+            LengthUnit::M => 1.0,
+            LengthUnit::Um => UM,
+            LengthUnit::In => 25.4 * MM,
+        }
+    }
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct StillToml {
+    wait_s: Option<f64>,
+    within_deg: Option<f64>,
+    within_mm: Option<f64>,
+    automatic: bool,
+}
+
+/// Reads a station file.
+///
+/// # Errors
+/// What is wrong, with file, line, key and remedy.
+pub fn read_station(path: &Path) -> Result<Station, FileError> {
+    let text = read_text(path)?;
+    let reading = Reading(CellReading { path, text: &text });
+    let StationToml { format, controller, instrument, still } = parse_toml(path, &text)?;
+    if format != STATION_FORMAT {
+        return Err(reading.wrong("format", format!("'{format}' is not read here"), &format!("give {STATION_FORMAT}")));
+    }
+    let units = controller.units.clone().unwrap_or_default();
+    let typed_unit = instrument.unit.unwrap_or_default().si();
+    let station = Station {
+        file: path.into(),
+        controller: reading.controller(controller)?,
+        units,
+        instrument: reading.instrument(instrument)?,
+        typed_unit,
+        still: StillSettings {
+            wait: reading.time("still.wait_s", still.wait_s, STILL_S)?,
+            angle: reading.positive("still.within_deg", still.within_deg, STILL_DEG)? * DEG,
+            length: reading.positive("still.within_mm", still.within_mm, STILL_MM)? * MM,
+            is_automatic: still.automatic,
+        },
+    };
+    match (&station.controller, &station.instrument) {
+        (Controller::Typed(_), _) | (_, None) if station.still.is_automatic => {
+            let remedy = "remove the key, or connect controller and instrument";
+            Err(reading.wrong("still.automatic", "what is typed is not measured by itself", remedy))
+        }
+        _ => Ok(station),
+    }
+}
+
+/// The text of a station file while it is read.
+struct Reading<'a>(CellReading<'a>);
+
+impl Reading<'_> {
+    fn wrong(&self, key: &str, problem: impl Into<String>, remedy: &str) -> FileError {
+        self.0.wrong(key, problem, remedy)
+    }
+
+    fn controller(&self, keys: ControllerToml) -> Result<Controller, FileError> {
+        let ControllerToml { kind, address, listen, user, password, group, unit, ask, line, timeout_s, joints, .. } = keys;
+        let is_web = matches!(kind, ControllerKind::Fanuc | ControllerKind::Abb);
+        let foreign = [
+            ("address", address.is_some(), kind != ControllerKind::Typed),
+            ("listen", listen.is_some(), kind == ControllerKind::Text),
+            ("user", user.is_some(), is_web),
+            ("password", password.is_some(), is_web),
+            ("group", group.is_some(), kind == ControllerKind::Fanuc),
+            ("unit", unit.is_some(), kind == ControllerKind::Abb),
+            ("ask", ask.is_some(), kind == ControllerKind::Text),
+            ("line", line.is_some(), kind == ControllerKind::Text),
+            ("timeout_s", timeout_s.is_some(), kind == ControllerKind::Text),
+            ("joints", joints.is_some(), kind == ControllerKind::Typed),
+        ];
+        if let Some((key, ..)) = foreign.into_iter().find(|&(_, is_given, is_its)| is_given && !is_its) {
+            return Err(self.wrong(
+                &format!("controller.{key}"),
+                "is not a key of this kind",
+                "remove it, or give another `kind`",
+            ));
+        }
+        let missing = |key: &str, remedy: &str| self.wrong(&format!("controller.{key}"), "is missing", remedy);
+        let of_web = || -> Result<String, FileError> {
+            let address = address.clone().ok_or_else(|| missing("address", "add `address = \"HOST\"`"))?;
+            let is_one = !address.is_empty() && !address.contains(|c: char| c == '/' || c == '@' || c.is_whitespace());
+            if is_one {
+                return Ok(address);
+            }
+            let remedy = "give it as HOST or HOST:PORT, without http://";
+            Err(self.wrong("controller.address", format!("'{address}' is not an address"), remedy))
+        };
+        let of_socket = |port: &str| -> Result<String, FileError> {
+            let address = address.clone().ok_or_else(|| missing("address", &format!("add `address = \"HOST:{port}\"`")))?;
+            self.address("controller.address", address)
+        };
+        let log_in = |usual: Option<[&str; 2]>| match (&user, &password) {
+            (None, None) => usual.map(|[user, password]| (user.to_owned(), password.to_owned())),
+            (user, password) => Some((user.clone().unwrap_or_default(), password.clone().unwrap_or_default())),
+        };
+        Ok(match kind {
+            ControllerKind::Fanuc => {
+                let group = group.unwrap_or(1);
+                Controller::Fanuc(FanucSettings { address: of_web()?, group, user: log_in(None) })
+            }
+            ControllerKind::Abb => {
+                let unit = unit.unwrap_or_else(|| AbbSettings::UNIT.into());
+                if unit.is_empty() || unit.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') {
+                    let remedy = "give its name, as ROB_1";
+                    return Err(self.wrong("controller.unit", format!("'{unit}' is not a mechanical unit"), remedy));
+                }
+                Controller::Abb(AbbSettings { address: of_web()?, unit, user: log_in(Some(AbbSettings::USER)) })
+            }
+            ControllerKind::Kuka => Controller::Kuka(of_socket("7000")?),
+            ControllerKind::Ur => Controller::Ur(of_socket("30004")?),
+            ControllerKind::Text => {
+                let end = self.end("controller", address, listen)?;
+                let end = end.ok_or_else(|| missing("address", "add `address = \"HOST:PORT\"`, or `listen`"))?;
+                let line = line.ok_or_else(|| missing("line", "add `line = \"{q1},{q2},{q3},{q4},{q5},{q6}\"`"))?;
+                let line = self.form("controller.line", &line, TextSettings::is_field)?;
+                let timeout = self.time("controller.timeout_s", timeout_s, JOINTS_S)?;
+                let settings = TextSettings { end, ask: ask.map(|text| unescaped(&text)), line, timeout };
+                if settings.joints() == 0 {
+                    return Err(self.wrong(
+                        "controller.line",
+                        "has no field {q1}",
+                        "write {q1}, {q2}, ... where the joints are",
+                    ));
+                }
+                Controller::Text(settings)
+            }
+            ControllerKind::Typed => {
+                let joints = joints.unwrap_or(USUAL_JOINTS);
+                if !(1..=MOST_JOINTS).contains(&joints) {
+                    let remedy = format!("give 1 to {MOST_JOINTS}");
+                    return Err(self.wrong("controller.joints", format!("{joints} is not a number of joints"), &remedy));
+                }
+                Controller::Typed(joints)
+            }
+        })
+    }
+
+    fn instrument(&self, keys: InstrumentToml) -> Result<Option<InstrumentSettings>, FileError> {
+        let InstrumentToml { address, listen, trigger, line, unit, average_s, scatter_mm, timeout_s } = keys;
+        let Some(end) = self.end("instrument", address, listen)? else {
+            let given = [
+                ("trigger", trigger.is_some()),
+                ("line", line.is_some()),
+                ("average_s", average_s.is_some()),
+                ("scatter_mm", scatter_mm.is_some()),
+                ("timeout_s", timeout_s.is_some()),
+            ];
+            return match given.into_iter().find(|(_, is_given)| *is_given) {
+                None => Ok(None),
+                Some((key, _)) => {
+                    let remedy = "add `address` or `listen`; without, points are typed";
+                    Err(self.wrong(&format!("instrument.{key}"), "is for an instrument that is connected", remedy))
+                }
+            };
+        };
+        let line = line.unwrap_or_else(|| "{x},{y},{z}".into());
+        let line = self.form("instrument.line", &line, |name| POINT_FIELDS.contains(&name))?;
+        if let Some(field) = ["x", "y", "z"].into_iter().find(|field| !line.has(field)) {
+            return Err(self.wrong(
+                "instrument.line",
+                format!("has no field {{{field}}}"),
+                "write {x}, {y} and {z} where they are",
+            ));
+        }
+        Ok(Some(InstrumentSettings {
+            end,
+            trigger: trigger.map(|text| unescaped(&text)),
+            line,
+            unit: unit.unwrap_or_default().si(),
+            average: self.time("instrument.average_s", average_s, 0.0)?,
+            scatter: self.positive("instrument.scatter_mm", scatter_mm, SCATTER_MM)? * MM,
+            timeout: self.time("instrument.timeout_s", timeout_s, POINT_S)?,
+        }))
+    }
+
+    fn end(&self, table: &str, address: Option<String>, listen: Option<String>) -> Result<Option<End>, FileError> {
+        match (address, listen) {
+            (Some(_), Some(_)) => Err(self.wrong(&format!("{table}.listen"), "is given beside `address`", "keep one of them")),
+            (Some(address), None) => Ok(Some(End::Connect(self.address(&format!("{table}.address"), address)?))),
+            (None, Some(listen)) => Ok(Some(End::Listen(self.address(&format!("{table}.listen"), listen)?))),
+            (None, None) => Ok(None),
+        }
+    }
+
+    fn address(&self, key: &str, address: String) -> Result<String, FileError> {
+        self.0.address(key, &address)?;
+        Ok(address)
+    }
+
+    fn form(&self, key: &str, template: &str, known: impl Fn(&str) -> bool) -> Result<LineForm, FileError> {
+        LineForm::parse(template, known).map_err(|problem| self.wrong(key, problem, "write the line as the device does"))
+    }
+
+    fn positive(&self, key: &str, value: Option<f64>, usual: f64) -> Result<f64, FileError> {
+        self.0.positive(key, value.unwrap_or(usual))
+    }
+
+    fn time(&self, key: &str, value: Option<f64>, usual: f64) -> Result<Duration, FileError> {
+        self.0.time(key, value.unwrap_or(usual), 1.0)
+    }
+}
+
+/// A text with `\r`, `\n`, `\t` and `\0` written out, as they are in TOML's literal strings.
+fn unescaped(text: &str) -> String {
+    [("\\r", "\r"), ("\\n", "\n"), ("\\t", "\t"), ("\\0", "\0")]
+        .iter()
+        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
