@@ -29,8 +29,8 @@
 //! [`robot`] (the arm), [`effects`] (its possible errors), [`cell`] (the objects in the cell), [`measure`] (taking the data),
 //! [`identify`] (estimating the parameters), [`residuals`], [`diagnosis`], [`prediction`] and
 //! [`selection`] (judging them, and finding what is missing), [`planning`] (the next measurements), [`compensate`] (using
-//! them), [`monitoring`] (whether they still hold) and [`recovery`] (what a crash moved); beside them [`import`] (data of
-//! others), [`files`] (reading and writing) and [`math`].
+//! them) and [`monitoring`] (whether they still hold); beside them [`import`] (data of others), [`files`] (reading and writing)
+//! and [`math`].
 //! SI inside; millimetres, micrometres and degrees outside, with the unit in the name ([`units`]).
 //!
 //! # From a dataset to a calibration
@@ -97,7 +97,6 @@ pub mod measure;
 pub mod monitoring;
 pub mod planning;
 pub mod prediction;
-pub mod recovery;
 pub mod residuals;
 pub mod robot;
 #[cfg(feature = "schema")]

@@ -9,5 +9,6 @@ mod statistics;
 
 pub use linalg::LinalgError;
 pub use observability::Observability;
+pub use positive_definite::ScaledCholesky;
 pub(crate) use statistics::{CHI2_MEDIAN, quantile};
 pub use statistics::{nearest_rank, rms};

@@ -26,6 +26,7 @@ pub use frame::{Frame, Vectors, rotation_vector};
 pub(crate) use frame::{angle_between, apart};
 pub(crate) use link::NEARLY_PARALLEL;
 pub use link::{FramePose, JointKind, Link, MdhLink, Pose};
-pub(crate) use rigid_fit::{nearest_rotation, rigid_fit};
+pub(crate) use rigid_fit::nearest_rotation;
+pub use rigid_fit::rigid_fit;
 #[cfg(feature = "schema")]
 pub(crate) use robot_file::robot_schema;

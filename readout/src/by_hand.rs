@@ -266,7 +266,7 @@ impl<'a> ByHand<'a> {
         let repeat = journal.rows().iter().rposition(|row| !self.differs(&row.q, &q));
         let time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
         let point_m = [point.position.x, point.position.y, point.position.z];
-        journal.add(Row { time_s, q, point_m, name: point.name.clone() })?;
+        journal.add(Row { time_s, q, point_m, name: point.name.clone(), pose: None, q_commanded: None, temp_c: None })?;
         let rows = journal.rows();
         let [x, y, z] = point_m.map(|x| x / MM);
         let mean = match point.scatter {

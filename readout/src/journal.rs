@@ -1,18 +1,19 @@
-//! The journal of a measurement by hand, `TABLE.journal`: one line of JSON for each posture measured, written before the next one
-//! begins, so that nothing that was measured is lost.
+//! The journal of a measurement of points, `OUTPUT.journal`: one line of JSON for each posture measured, written before the next
+//! one begins, so that nothing that was measured is lost.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, cannot_be_read, cannot_be_written};
+use calibench::measure::campaign::Conditions;
 use calibench::units::MM;
 use serde::{Deserialize, Serialize};
 
 use crate::joints::JointUnit;
 
 /// Name and version of the journal's lines.
-const FORMAT: &str = "calibench-by-hand-journal/1";
+const FORMAT: &str = "calibench-points-journal/1";
 
 /// A posture and the point measured in it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,12 +26,23 @@ pub struct Row {
     pub point_m: [f64; 3],
     /// The point's name, where the instrument sends one.
     pub name: Option<String>,
+    /// The pose of the plan, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose: Option<String>,
+    /// Joints as the controller commanded them, rad (N), where it says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub q_commanded: Option<Vec<f64>>,
+    /// Temperature of the robot, °C, where it reports one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temp_c: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Head {
     format: String,
     units: Vec<JointUnit>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    under: Option<Conditions>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,12 +69,13 @@ impl Journal {
         path.into()
     }
 
-    /// Begins a journal, or goes on with the one that is there if `resume` says so. `units` are those of the joints, in the
-    /// number of the arm; where they are not known yet, none.
+    /// Begins a journal, or goes on with the one that is there if `resume` says so. `units` are those of the joints, in their
+    /// number; `under` is what must be unchanged when it goes on, where there is a plan.
     ///
     /// # Errors
-    /// If there is a journal and nobody wants to go on, it is of other joints, or the disk refuses.
-    pub fn open(table: &Path, units: &[JointUnit], resume: bool) -> Result<Self, FileError> {
+    /// If there is a journal and nobody wants to go on, it is of other joints or another plan, another program has it, or the disk
+    /// refuses.
+    pub fn open(table: &Path, units: &[JointUnit], under: Option<&Conditions>, resume: bool) -> Result<Self, FileError> {
         let path = Journal::of(table);
         let before = match std::fs::read_to_string(&path) {
             Ok(text) if resume => Some(text),
@@ -74,14 +87,21 @@ impl Journal {
             Err(e) => return Err(cannot_be_read(&path, e)),
         };
         let rows = match &before {
-            Some(text) => rows_of(&path, text, units)?,
+            Some(text) => rows_of(&path, text, units, under)?,
             None => Vec::new(),
         };
         let is_new = before.as_ref().is_none_or(|text| text.is_empty());
         let file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, e))?;
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(FileError::whole(
+                &path,
+                "another program measures into it",
+                "end that program, or give another output",
+            ));
+        }
         let mut journal = Journal { table: table.into(), path, file, units: units.to_vec(), rows };
         if is_new {
-            journal.write(&Head { format: FORMAT.into(), units: units.to_vec() })?;
+            journal.write(&Head { format: FORMAT.into(), units: units.to_vec(), under: under.cloned() })?;
         } else if before.is_some_and(|text| !text.ends_with('\n')) {
             // The line that the interruption tore is ended, and passed over when it is read again.
             journal.file.write_all(b"\n").map_err(|e| cannot_be_written(&journal.path, e))?;
@@ -152,7 +172,15 @@ impl Journal {
         std::fs::remove_file(&self.path).map_err(|e| cannot_be_written(&self.path, e))
     }
 
-    /// Removes a journal without rows.
+    /// Removes a journal, if it has no rows.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn discard_empty(self) -> Result<(), FileError> {
+        if self.rows.is_empty() { self.discard() } else { Ok(()) }
+    }
+
+    /// Removes a journal whose rows are elsewhere.
     ///
     /// # Errors
     /// If the disk refuses.
@@ -168,17 +196,21 @@ impl Journal {
     }
 }
 
-/// The rows of a journal, for an arm whose joints have these units.
-fn rows_of(path: &Path, text: &str, units: &[JointUnit]) -> Result<Vec<Row>, FileError> {
+/// The rows of a journal, for an arm whose joints have these units, under these conditions.
+fn rows_of(path: &Path, text: &str, units: &[JointUnit], under: Option<&Conditions>) -> Result<Vec<Row>, FileError> {
     let mut lines = text.lines();
     let Some(first) = lines.next() else { return Ok(Vec::new()) };
     let head: Result<Head, _> = serde_json::from_str(first);
     let Some(head) = head.ok().filter(|head| head.format == FORMAT) else {
-        return Err(FileError::whole(path, "is not a journal of a measurement by hand", "give another output, or delete it"));
+        return Err(FileError::whole(path, "is not a journal of points", "give another output, or delete it"));
     };
     if head.units != units {
         let problem = format!("was made with {} joints of other units or number", head.units.len());
         return Err(FileError::whole(path, problem, "undo the change of the station, or begin another table"));
+    }
+    if head.under.as_ref() != under {
+        let remedy = "undo the change, or give another output";
+        return Err(FileError::whole(path, "was made for another plan, cell or station", remedy));
     }
     let mut rows = Vec::new();
     for line in lines {

@@ -1,9 +1,11 @@
-//! Measuring by hand: somebody jogs an arm, this package reads its joints from the controller and points from an instrument.
+//! Measuring points: somebody jogs an arm, or a plan drives it, and an instrument measures where its tool is.
 //!
-//! [`read_station`] reads where they come from, [`ByHand`] is the procedure, [`Journal`] keeps every posture from the moment it is
-//! measured. Nothing is written to a controller, and nothing moves.
+//! [`read_station`] reads where joints and points come from. [`ByHand`] is the procedure of somebody who jogs: nothing is written to
+//! the controller, and nothing moves. [`PointCampaign`] drives a robot through the poses of a plan. [`Journal`] keeps every posture
+//! from the moment it is measured.
 
 mod by_hand;
+mod campaign;
 mod error;
 mod joints;
 mod journal;
@@ -15,6 +17,7 @@ mod stillness;
 mod typed;
 
 pub use by_hand::{Attendant, ByHand, Ended, Typed};
+pub use campaign::{CampaignStop, CampaignWatcher, PointCampaign, dataset_of};
 pub use error::ReadoutError;
 pub use joints::{
     AbbSettings, Controller, FanucSettings, JointReader, JointUnit, TextSettings, joints_of_answer, joints_of_page,

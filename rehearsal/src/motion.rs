@@ -136,7 +136,7 @@ fn add(to: &mut Vec<Rehearsed>, cell: &Cell, planned: &PlannedWay<'_>) {
             to.push(Rehearsed {
                 pose: planned.pose.map(|pose| pose.id.clone()).unwrap_or_default(),
                 spare: false,
-                ball: planned.pose.map(|pose| pose.ball),
+                ball: planned.pose.and_then(|pose| pose.ball),
                 phase,
                 from: leg[0].clone(),
                 to: leg[1].clone(),

@@ -1,7 +1,7 @@
 //! What a crash moved, in words and a table.
 
-use calibench::recovery::{Recovery, Verdict};
 use calibench::units::MM;
+use calibench_recovery::{Recovery, Verdict};
 
 use super::documents::{self, RecoveredTool, RecoveredZero};
 use super::effect_names::{capital, enumerated};

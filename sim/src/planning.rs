@@ -2,6 +2,7 @@
 
 mod error;
 mod layout;
+mod point_plan;
 mod pool_design;
 mod tracker_plan;
 
@@ -20,6 +21,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use error::PlanError;
 pub use layout::{layout, retreat};
+pub use point_plan::{PointRequest, plan_points};
 pub(crate) use pool_design::PoolDesign;
 pub use pool_design::{Chosen, shown};
 pub use tracker_plan::{Tour, TrackerPlan, plan_tracker, tour_without_artifact};
@@ -32,7 +34,7 @@ pub struct Plan {
     /// Probings in their order, followed by the reserves; and the paths of the arm.
     pub probing: ProbingPlan,
     /// The selection from which they result.
-    pub trical: Chosen,
+    pub chosen: Chosen,
 }
 
 impl Plan {
@@ -114,7 +116,7 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
     let per_ball = |poses: usize| vec![poses; cell.balls.len()];
     let quota = Quota::PerGroup(per_ball(poses_per_ball));
     let selection = select(pool_design.candidates(), &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;
-    let trical = pool_design.chosen(&selection)?;
+    let chosen = pool_design.chosen(&selection)?;
     // Each further batch is the one that adds most to the batches before it.
     let mut taken = selection.poses.clone();
     let mut counts = per_ball(poses_per_ball);
@@ -136,7 +138,7 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
     let poses = |letter: char, chosen: &[usize], payload: usize, reserve: bool| -> Vec<PlannedPose> {
         let pose = |(k, &p): (usize, &usize)| PlannedPose {
             id: format!("{letter}{:02}", k + 1),
-            ball: pool[p].ball,
+            ball: Some(pool[p].ball),
             payload,
             contact: pool[p].q.clone(),
             approach: pool[p].q_approach.clone(),
@@ -163,7 +165,7 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
     let light = ordered(poses('l', &light, 1, false));
     let reserves = poses('r', &reserves, 0, true);
     let poses = [main, reversed, light, reserves].concat();
-    Ok(Plan { probing: ProbingPlan { poses, ways: None }, trical })
+    Ok(Plan { probing: ProbingPlan { poses, ways: None }, chosen })
 }
 
 /// Returns up to `count` postures in which the arm can probe each of the scenario's balls with these indices, ball by ball in
@@ -202,7 +204,8 @@ pub fn nominal_samples(scenario: &Scenario, poses: &[PlannedPose], seed: u64) ->
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut sides: BTreeMap<&str, Vec<i8>> = BTreeMap::new();
     let mut samples = Vec::new();
-    for (k, pose) in poses.iter().filter(|p| !p.reserve).enumerate() {
+    let on_balls = poses.iter().filter(|p| !p.reserve).filter_map(|p| Some((p, p.ball?)));
+    for (k, (pose, ball)) in on_balls.enumerate() {
         let mut side = || if random.random::<bool>() { 1 } else { -1 };
         let plungers = Some([side(), side(), side()]);
         let against = pose.reverses.as_ref().and_then(|id| sides.get(id.as_str()));
@@ -214,7 +217,7 @@ pub fn nominal_samples(scenario: &Scenario, poses: &[PlannedPose], seed: u64) ->
             time_s: Some(CENTRING_S * k as f64),
             approach: Some(approach),
             plungers,
-            ..Sample::new(&*pose.id, pose.contact.clone(), Measured::Ball { ball: pose.ball, reading: Some(Vector3::zeros()) })
+            ..Sample::new(&*pose.id, pose.contact.clone(), Measured::Ball { ball, reading: Some(Vector3::zeros()) })
         });
     }
     Dataset { samples, ..scenario.dataset() }

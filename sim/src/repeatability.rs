@@ -82,7 +82,7 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
     let station = |c: &Candidate| {
         let pose = PlannedPose {
             id: String::new(),
-            ball: balls[c.ball],
+            ball: Some(balls[c.ball]),
             payload: 0,
             contact: c.q.clone(),
             approach: c.q_approach.clone(),
@@ -131,9 +131,9 @@ pub fn most_telling(
             let with = s.levers.iter().zip(&squares).map(|(lever, square)| lever.norm_squared() + square);
             with.fold(f64::INFINITY, f64::min)
         };
-        let on_ball = left.iter().enumerate().filter(|(_, s)| s.pose.ball == ball);
+        let on_ball = left.iter().enumerate().filter(|(_, s)| s.pose.ball == Some(ball));
         let Some((best, _)) = on_ball.max_by(|a, b| weakest(a.1).total_cmp(&weakest(b.1))) else {
-            let found = chosen.iter().filter(|s| s.pose.ball == ball).count();
+            let found = chosen.iter().filter(|s| s.pose.ball == Some(ball)).count();
             return Err(RepeatabilityError::TooFewPostures { ball: cell.balls[ball].id.clone(), found, wanted: postures });
         };
         let station = left.swap_remove(best);

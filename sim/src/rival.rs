@@ -163,12 +163,12 @@ impl<'a> Seat<'a> {
         motion.rest_at(&robot.joints()?);
         world.wait(spec.set_up_s);
         let mut samples = Vec::new();
-        for pose in poses.iter().filter(|p| !p.reserve) {
+        for (pose, ball) in poses.iter().filter(|p| !p.reserve).filter_map(|p| Some((p, p.ball?))) {
             robot.move_along(&[pose.via.as_slice(), std::slice::from_ref(&pose.approach)].concat())?;
             robot.move_joints(&pose.contact)?;
             let force = noisy_direction(&mut self.random) * spec.force_n;
             let bent = self.bent(&pose.contact, &force);
-            let target = noisy_point(&self.balls[pose.ball], spec.noise_um * UM, &mut self.random) - bent;
+            let target = noisy_point(&self.balls[ball], spec.noise_um * UM, &mut self.random) - bent;
             if skipped(close(world, &mut robot, &target))? {
                 robot.move_joints(&pose.approach)?;
                 continue;
@@ -176,7 +176,7 @@ impl<'a> Seat<'a> {
             world.wait(spec.pose_s);
             let q = robot.joints()?;
             motion.rest_at(&q);
-            let sample = Sample::new(&*pose.id, q, Measured::Ball { ball: pose.ball, reading: None });
+            let sample = Sample::new(&*pose.id, q, Measured::Ball { ball, reading: None });
             samples.push(robot.stamped(&motion, sample));
             robot.move_joints(&pose.approach)?;
         }

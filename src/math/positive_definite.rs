@@ -10,7 +10,7 @@ use super::linalg::{Cholesky, LinalgError};
 /// The Cholesky factor of a normal matrix scaled to a unit diagonal: `S A S + R = L L^T`, with S and the ridge R diagonal.
 ///
 /// Parameters in metres and in radians differ by powers of ten; unscaled, their units would decide which pivot is rounding.
-pub(crate) struct ScaledCholesky {
+pub struct ScaledCholesky {
     factor: Cholesky,
     scale: DVector<f64>,
     scaled: DMatrix<f64>,

@@ -64,7 +64,7 @@ pub fn preflight(cell: &Cell, plan: &ProbingPlan) -> Result<(), StartError> {
 /// Why a contact is not one of its ball, if so: beyond the gauge's range and the deviation of an arm that is not calibrated, the ball
 /// meets anything but the plungers.
 pub fn off_its_ball(cell: &Cell, pose: &PlannedPose) -> Option<String> {
-    let ball = cell.dataset.balls.get(pose.ball)?;
+    let ball = cell.dataset.balls.get(pose.ball?)?;
     let apart = (cell.guards.tcp(&pose.contact) - ball.position).norm();
     let far = apart > cell.trical.safe_range + NOMINAL_WITHIN;
     far.then(|| format!("the TCP is {:.1} mm from the centre of ball '{}'", apart / MM, ball.id))
@@ -124,8 +124,10 @@ pub fn motions(plan: &ProbingPlan) -> Vec<PlannedWay<'_>> {
         // The position of the arm before the first motion is unknown; then only its end is checked.
         let to = if to.len() == 1 { vec![to[0].clone(), to[0].clone()] } else { to };
         all.push(of_pose(WayPurpose::Approach, to));
-        let onto = vec![pose.approach.clone(), pose.contact.clone()];
-        all.push(PlannedWay { ball: Some(pose.ball), ..of_pose(WayPurpose::Contact, onto) });
+        if pose.ball.is_some() {
+            let onto = vec![pose.approach.clone(), pose.contact.clone()];
+            all.push(PlannedWay { ball: pose.ball, ..of_pose(WayPurpose::Contact, onto) });
+        }
         if let Some(ways) = &plan.ways {
             let home = [std::slice::from_ref(&pose.approach), ways.home_from(&pose.id).as_slice()].concat();
             all.push(of_pose(WayPurpose::Home, home));
@@ -163,7 +165,7 @@ impl FirstMotion {
         match (here, &plan.ways) {
             (Whereabouts::AtBall(k), _) => {
                 let pose = &plan.poses[k];
-                let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
+                let ball = pose.ball.and_then(|ball| model.balls.get(ball)).map_or("", |b| b.id.as_str());
                 let words = format!("The arm stands at ball '{ball}': it first backs off to the approach of '{}'.", pose.id);
                 let way = vec![pose.approach.clone()];
                 Ok(FirstMotion { way, station: ArmAt::Approach(pose.id.clone()), words: Some(words), is_off_a_ball: true })
@@ -269,7 +271,7 @@ fn ensure_mastered<M: Manipulator>(
     let here = stands.is_none();
     let stands = stands.unwrap_or(ArmAt::Unknown);
     let known = before.session.map(|session| &session.mastering);
-    let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
+    let forgetful = cell.indicators.iter().flatten().position(|i| i.settings.dialect.preset == PresetManner::Driver);
     let now = robot.clock_s();
     let kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, || now);
     let (mastering, mastering_kept, stands) = match forgetful {

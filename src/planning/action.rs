@@ -119,7 +119,7 @@ impl Action {
             let Measured::Ball { ball, .. } = sample.measured else { return None };
             let forth = PlannedPose {
                 id: format!("n{:02}", n + 1),
-                ball,
+                ball: Some(ball),
                 payload: sample.payload,
                 contact: sample.q.clone(),
                 approach: self.approaches.get(k)?.clone(),

@@ -82,7 +82,7 @@ impl Adaptive {
     /// # Errors
     /// When the waiting poses do not fit the model.
     pub fn next(&mut self, waiting: &[&PlannedPose], measured: &[Sample]) -> Result<Option<usize>, IdentifyError> {
-        let waiting: Vec<Sample> = waiting.iter().map(|pose| pose.nominal_sample()).collect();
+        let waiting: Vec<Sample> = waiting.iter().filter_map(|pose| pose.nominal_sample()).collect();
         let waiting = waiting.as_slice();
         let place = |ahead: &[String]| ahead.first().and_then(|id| waiting.iter().position(|s| s.id == *id));
         if measured.is_empty() {

@@ -173,7 +173,7 @@ fn station(record: &StationRecord) -> Option<StationRepeatability> {
     let of = |positions: Vec<Vector3<f64>>| PoseRepeatability::of(&positions);
     Some(StationRepeatability {
         id: pose.id.clone(),
-        ball: pose.ball,
+        ball: pose.ball?,
         attained: of(record.returns.iter().map(|back| -back.reading).collect())?,
         unseen: of(record.returns.iter().map(|back| unseen(record, back)).collect())?,
         probing: of(record.centred.iter().map(|c| c.reading + seen(record, &c.joints)).collect())?,

@@ -19,8 +19,21 @@ use std::path::{Path, PathBuf};
 use syn::Attribute;
 
 /// The folders of the packages; `src` alone of the one at the root, whose folder is everybody's.
-const PACKAGES: [&str; 11] =
-    ["src", "wire", "programs", "logs", "discover", "report", "rehearsal", "workbench", "sim", "cli", "web"];
+const PACKAGES: [&str; 13] = [
+    "src",
+    "wire",
+    "programs",
+    "logs",
+    "discover",
+    "recovery",
+    "report",
+    "rehearsal",
+    "readout",
+    "workbench",
+    "sim",
+    "cli",
+    "web",
+];
 
 /// The folder of the workspace.
 fn root() -> PathBuf {

@@ -9,14 +9,16 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 15] = [
+const PACKAGES: [(&str, &[&str]); 17] = [
     ("src", &["calibench_wire"]),
     ("wire/src", &[]),
     ("programs/src", &["calibench"]),
     ("logs/src", &["calibench"]),
     ("discover/src", &["calibench"]),
-    ("report/src", &["calibench", "calibench_discover"]),
+    ("recovery/src", &["calibench"]),
+    ("report/src", &["calibench", "calibench_discover", "calibench_recovery"]),
     ("rehearsal/src", &["calibench", "calibench_report"]),
+    ("readout/src", &["calibench", "calibench_wire"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
     ("sim/lab/src", &["calibench", "calibench_report", "calibench_sim"]),
@@ -32,8 +34,10 @@ const PACKAGES: [(&str, &[&str]); 15] = [
             "calibench_programs",
             "calibench_logs",
             "calibench_discover",
+            "calibench_recovery",
             "calibench_report",
             "calibench_rehearsal",
+            "calibench_readout",
             "calibench_workbench",
             "calibench_sim",
             "calibench_lab",

@@ -5,7 +5,6 @@ mod a_campaign_survives_anything;
 mod a_cell_file_is_read_or_refused_in_one_error;
 mod a_check_knows_what_an_arm_repeats;
 mod a_check_names_what_changed;
-mod a_crash_is_recovered;
 mod a_dataset_survives_the_disk;
 mod a_field_of_joint_errors_is_kept;
 mod a_fit_is_what_it_says;

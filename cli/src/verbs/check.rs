@@ -169,7 +169,7 @@ fn probe(
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
-    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.dataset));
+    let planned = sentinels.poses.iter().filter(|p| !p.reserve).filter_map(|pose| expected(pose, then.dataset));
     reference.noise(NamedDataset::new(then.name, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.to_owned(),
         field: "pose",
@@ -218,11 +218,11 @@ pub fn expect_unmeasured(folder: &Path) -> Result<(), Failure> {
 
 /// The sample that a pose will give: at the joints of its sample in the campaign, where the true arm had the ball, if these are
 /// the pose's own but for the errors of an arm.
-fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
+fn expected(pose: &PlannedPose, campaign: &Dataset) -> Option<Sample> {
     let near = |s: &&Sample| s.q.iter().zip(&pose.contact).all(|(q, planned)| (q - planned).abs() <= ARM_ERRORS);
     let before = campaign.samples.iter().filter(|s| s.id == pose.id).find(near);
-    let nominal = pose.nominal_sample();
-    before.map_or(nominal.clone(), |before| Sample { q: before.q.clone(), ..nominal })
+    let nominal = pose.nominal_sample()?;
+    Some(before.map_or(nominal.clone(), |before| Sample { q: before.q.clone(), ..nominal }))
 }
 
 /// Judges measured poses, and adds them to the history.

@@ -2,6 +2,7 @@
 
 mod by_hand;
 pub(super) mod cell;
+mod points;
 pub(super) mod rehearsal;
 
 use std::path::{Path, PathBuf};

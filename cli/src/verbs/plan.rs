@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Output file for the plan (TOML); an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
+    /// Plan this number of poses in which an instrument measures points, in place of probings of balls
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(6..=1000))]
+    points: Option<u16>,
     /// Seed that replaces the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -55,6 +58,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Plans the probings of a scenario or a cell.
 fn plan(arguments: &Arguments, path: &Path) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
+    if let Some(points) = arguments.points {
+        return cell::plan_points_of(path, arguments, points.into());
+    }
     let (scenario, dataset, guards) = if is_cell(path) {
         let (scenario, cell) = scenario_of(path)?;
         (scenario, cell.dataset, Some(cell.guards))
@@ -77,7 +83,7 @@ fn plan(arguments: &Arguments, path: &Path) -> Result<Outcome, Failure> {
         print_json(&documents::Detectability::of(&detectability))?;
         return Ok(Outcome::Done);
     }
-    print_answer(chosen_sentence("probings", plan.wanted(), &plan.trical))?;
+    print_answer(chosen_sentence("probings", plan.wanted(), &plan.chosen))?;
     print(detectability_text(&detectability))?;
     if let Some(path) = &arguments.output {
         print(format!("The plan is in {}.", path.display()))?;

@@ -9,11 +9,11 @@ use calibench::identify::fleet::{Fleet, read_fleet};
 use calibench::measure::dataset::file::DATASET_TOML;
 use calibench::measure::dataset::{Dataset, NamedDataset};
 use calibench::measure::poses::{PlannedPose, ProbingPlan, write_plan};
-use calibench::recovery::mastering::{Controller, Drive, MasteringEntry};
-use calibench::recovery::touches::{PlannedTouch, choose_touches, plan_touches};
-use calibench::recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use calibench::robot::robot_file::robot;
 use calibench::robot::{JointKind, Robot};
+use calibench_recovery::mastering::{Controller, Drive, MasteringEntry};
+use calibench_recovery::touches::{PlannedTouch, choose_touches, plan_touches};
+use calibench_recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use calibench_report::{documents, recovery_text};
 
 use super::check::{expect_unmeasured, measure_on, write_poses_of};
@@ -188,7 +188,7 @@ fn say_next(arguments: &Arguments, found: &Recovery) -> Result<(), Failure> {
 /// What to enter for each zero, in their order.
 fn entries(arguments: &Arguments, found: &Recovery) -> Vec<Option<MasteringEntry>> {
     let of = |list: &[OfJoint], joint: usize| list.iter().find(|of| of.joint == joint).map(|of| of.value);
-    let entry = |zero: &calibench::recovery::ZeroChange| {
+    let entry = |zero: &calibench_recovery::ZeroChange| {
         let is_turn = found.now.robot.kind(zero.joint - 1) == JointKind::Revolute;
         let drive = Drive {
             gear: of(&arguments.gear, zero.joint),
@@ -213,7 +213,7 @@ fn write_touches(chosen: &[PlannedTouch], cell: &Dataset, file: &Path) -> Result
     } else {
         let pose = |(k, touch): (usize, &PlannedTouch)| PlannedPose {
             id: id(k),
-            ball: touch.ball.unwrap_or(0),
+            ball: touch.ball,
             payload: cell.samples.first().map_or(0, |s| s.payload),
             contact: touch.q.clone(),
             approach: touch.approach.clone(),

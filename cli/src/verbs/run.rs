@@ -136,7 +136,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     print_answer(errors_table(run))?;
     difference(run).iter().try_for_each(|sentence| print(sentence))?;
     print("\nPLAN")?;
-    print(chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
+    print(chosen_sentence("probings", run.plan.wanted(), &run.plan.chosen))?;
     print(chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
     print("\nMASTERING")?;
     let free = run.mastering.free_reading.map(|r| r / MM);
@@ -233,7 +233,7 @@ fn probings_table(run: &Run) -> Table {
         .iter()
         .map(|p| {
             let pose = &run.plan.probing.poses[p.pose];
-            let ball = run.trical.dataset.balls[pose.ball].id.clone();
+            let ball = pose.ball.map(|ball| run.trical.dataset.balls[ball].id.clone()).unwrap_or_default();
             let time = format!("{:.1}", p.probing.duration_s);
             let first = p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
             let arrived = first.map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));

@@ -34,6 +34,9 @@ pub struct Arguments {
     /// First of three ports of the loopback address for the indicators, instead of pseudo-terminals; 0 takes any three
     #[arg(long)]
     indicator_port: Option<u16>,
+    /// Port of a laser tracker on the loopback address, which answers every line with a point; 0 takes a free one
+    #[arg(long)]
+    tracker_port: Option<u16>,
     /// Seconds of cell time per second of real time; 0: nothing takes time
     #[arg(long, default_value_t = 1.0, value_parser = time_scale)]
     time_scale: f64,
@@ -120,6 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let service = Service {
         robot_port: arguments.robot_port,
         indicator_port: arguments.indicator_port,
+        tracker_port: arguments.tracker_port,
         time_scale: arguments.time_scale,
         indicators: Manner {
             maker: arguments.maker.into(),

@@ -1,10 +1,10 @@
 //! `calibench-recovery/1`, printed by `keep recover`.
 
 use calibench::compensate::flange::flange_frame;
-use calibench::recovery::mastering::MasteringEntry;
-use calibench::recovery::{self, FALSE_ALARM, Moved, Verdict};
 use calibench::robot::Robot;
 use calibench::units::{DEG, MM};
+use calibench_recovery::mastering::MasteringEntry;
+use calibench_recovery::{FALSE_ALARM, Moved, Verdict};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -117,9 +117,9 @@ pub struct RecoveryRival {
 impl Recovery {
     /// From a result, with what to enter for each zero, in their order, if the controller is known.
     #[must_use]
-    pub fn of(found: &recovery::Recovery, entries: &[Option<MasteringEntry>]) -> Self {
+    pub fn of(found: &calibench_recovery::Recovery, entries: &[Option<MasteringEntry>]) -> Self {
         let robot = &found.now.robot;
-        let zero = |(k, z): (usize, &recovery::ZeroChange)| {
+        let zero = |(k, z): (usize, &calibench_recovery::ZeroChange)| {
             let is_turn = robot.kind(z.joint - 1) == calibench::robot::JointKind::Revolute;
             let size = if is_turn { DEG } else { MM };
             RecoveredZero {
@@ -137,7 +137,7 @@ impl Recovery {
                 }),
             }
         };
-        let rival = |r: &recovery::RivalCombination| RecoveryRival {
+        let rival = |r: &calibench_recovery::RivalCombination| RecoveryRival {
             words: moved_words(&r.moved),
             probability: r.probability,
             touch: r.posture.as_ref().map(|q| robot.in_columns(q)),
@@ -206,7 +206,7 @@ fn moved_words(moved: &Moved) -> String {
 }
 
 /// What to do.
-fn to_do(found: &recovery::Recovery) -> &'static str {
+fn to_do(found: &calibench_recovery::Recovery) -> &'static str {
     match found.verdict {
         Verdict::BentLink | Verdict::Unexplained if found.elsewhere.is_some() => {
             "make sure first that pin, artifact and instrument stand where they stood: if one does not, nothing else moved, and nothing is to be entered; say so with --instrument-moved"

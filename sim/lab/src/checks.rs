@@ -221,7 +221,7 @@ impl Drawn {
         let turn: [f64; 3] = UnitSphere.sample(random);
         // A ball that no sentinel probes is not checked.
         let which = match fault {
-            Fault::Ball => sentinels.poses[random.random_range(0..sentinels.poses.len())].ball,
+            Fault::Ball => sentinels.poses[random.random_range(0..sentinels.poses.len())].ball.unwrap_or(0),
             _ => random.random_range(0..cell.robot.joints()),
         };
         Drawn { fault, along: Vector3::from(along), turn: Vector3::from(turn), which }
@@ -235,10 +235,11 @@ impl Drawn {
         }
         let seen = |parts: &Parts| -> Vec<Vector3<f64>> {
             let place = |pose: &PlannedPose| {
+                let ball = &parts.balls[pose.ball?];
                 let tool = world_from_tool(&parts.robot, &parts.nominal.base, &parts.tool, &pose.contact).translation.vector;
-                tool - parts.balls[pose.ball].centre
+                Some(tool - ball.centre)
             };
-            sentinels.poses.iter().map(place).collect()
+            sentinels.poses.iter().filter_map(place).collect()
         };
         let before = seen(parts);
         let mut probe = parts.clone();

@@ -26,7 +26,8 @@ use std::sync::Arc;
 
 use calibench::files::FileError;
 use calibench::identify::problem::{Prior, Problem, Use};
-use calibench::measure::dataset::{Measured, NamedDataset, Sample};
+use calibench::measure::dataset::NamedDataset;
+use calibench::measure::poses::PlannedPose;
 use calibench::robot::robot_file::to_toml;
 use sha2::{Digest, Sha256};
 
@@ -168,10 +169,8 @@ fn parameters(points: &[Point]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for point in points {
         let Ok(plans) = &point.plans else { continue };
-        let sample =
-            |k: usize, ball: usize, q: &[f64]| Sample::new(k.to_string(), q.to_vec(), Measured::Ball { ball, reading: None });
         let mut cell = point.scenario.dataset();
-        cell.samples = plans.plan.probing.poses.iter().enumerate().map(|(k, p)| sample(k, p.ball, &p.contact)).collect();
+        cell.samples = plans.plan.probing.poses.iter().filter_map(PlannedPose::nominal_sample).collect();
         // A model that does not match these data fails in every trial, where it is reported.
         let Ok(problem) = Problem::new(&[NamedDataset::new("plan", &cell)], &point.scenario.model, Use::Fit) else { continue };
         for parameter in problem.parameters().iter().filter(|p| !matches!(p.knowledge, Prior::Certified(_))) {

@@ -55,6 +55,8 @@ pub enum Fault {
     HalfOpen,
     /// A motion takes ten times as long.
     Slow,
+    /// The tracker's beam is broken: it does not answer.
+    Beam,
 }
 
 /// The subjects of faults.
@@ -68,9 +70,11 @@ pub enum Victim {
     Motion,
     /// Requests to the robot.
     Robot,
+    /// Requests to the tracker.
+    Tracker,
 }
 
-const NAMES: [(&str, Fault, Victim); 23] = [
+const NAMES: [(&str, Fault, Victim); 24] = [
     ("silent", Fault::Silent, Victim::Indicator),
     ("garbage", Fault::Garbage, Victim::Indicator),
     ("parity", Fault::Parity, Victim::Indicator),
@@ -94,6 +98,7 @@ const NAMES: [(&str, Fault, Victim); 23] = [
     ("drop_link", Fault::DropLink, Victim::Motion),
     ("slow", Fault::Slow, Victim::Motion),
     ("half_open", Fault::HalfOpen, Victim::Robot),
+    ("beam", Fault::Beam, Victim::Tracker),
 ];
 
 /// The occasions on which a fault strikes, counted from 1.
@@ -158,7 +163,7 @@ impl FromStr for Injection {
             let most = match victim {
                 Victim::Indicator => 3,
                 Victim::Ball => usize::MAX,
-                Victim::Motion | Victim::Robot => 0,
+                Victim::Motion | Victim::Robot | Victim::Tracker => 0,
             };
             part.parse().ok().filter(|k| (1..=most).contains(k)).ok_or_else(wrong)
         });

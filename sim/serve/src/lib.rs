@@ -16,6 +16,7 @@ mod manner;
 mod pty;
 pub mod script;
 mod service;
+mod tracker;
 mod traffic;
 mod ur;
 
@@ -37,6 +38,7 @@ pub use service::{Loop, Make, RobotManner, Service, VariableServer};
 
 use floor::Floor;
 use line::Wire;
+use tracker::Tracker;
 
 use calibench_sim::mechanics::PlantError;
 use calibench_sim::random::Streams;
@@ -50,6 +52,9 @@ pub struct Addresses {
     pub indicators: [String; 3],
     /// `HOST:PORT` of the robot.
     pub robot: String,
+    /// `HOST:PORT` of the tracker, if one is served.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<String>,
 }
 
 /// Reasons why a cell cannot be served.
@@ -95,6 +100,16 @@ pub fn serve(
         for axis in 0..3 {
             indicators.push(connect(&floor, axis, service).await?);
         }
+        let tracker = match service.tracker_port {
+            None => None,
+            Some(port) => {
+                let listener = bind(port).await?;
+                let at = address(&listener)?;
+                let tracker = Tracker::new(Rc::clone(&floor), scenario, streams.stream("served tracker"));
+                spawn_local(Rc::new(tracker).listen(listener));
+                Some(at)
+            }
+        };
         let attendant = Rc::clone(&floor);
         spawn_local(async move { attendant.attend().await });
         if service.takes_commands {
@@ -102,7 +117,7 @@ pub fn serve(
         }
         let interrupted = interrupted().map_err(system("signals"))?;
         let [x, y, z] = <[String; 3]>::try_from(indicators).unwrap_or_default();
-        announce(&Addresses { indicators: [x, y, z], robot }).map_err(system("standard output"))?;
+        announce(&Addresses { indicators: [x, y, z], robot, tracker }).map_err(system("standard output"))?;
         interrupted.await;
         Ok(floor.traffic.to_string())
     })

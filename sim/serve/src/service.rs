@@ -10,6 +10,8 @@ pub struct Service {
     pub robot_port: u16,
     /// First of the indicators' three ports on the loopback address, 0 for any three; `None` for pseudo-terminals.
     pub indicator_port: Option<u16>,
+    /// Port of the tracker on the loopback address, 0 for any; `None` for no tracker.
+    pub tracker_port: Option<u16>,
     /// Seconds of the cell per second of wall-clock time; 0 if nothing takes time.
     pub time_scale: f64,
     /// Response format of the indicators.
@@ -36,6 +38,7 @@ impl Default for Service {
         Service {
             robot_port: 0,
             indicator_port: None,
+            tracker_port: None,
             time_scale: 1.0,
             indicators: Manner::default(),
             robot: RobotManner::default(),

@@ -50,7 +50,7 @@ enum Axis {
 ///
 /// # Errors
 /// When an axis has no indicator or two, or a value is invalid.
-pub(crate) fn indicators(reading: &CellReading<'_>, tables: &[IndicatorKeys]) -> Result<[CellIndicator; 3], FileError> {
+pub(crate) fn indicators(reading: &CellReading<'_>, tables: &[IndicatorKeys]) -> Result<Option<[CellIndicator; 3]>, FileError> {
     let mut found: [Option<CellIndicator>; 3] = [None, None, None];
     for (k, table) in tables.iter().enumerate() {
         let place = &mut found[table.axis as usize];
@@ -61,7 +61,8 @@ pub(crate) fn indicators(reading: &CellReading<'_>, tables: &[IndicatorKeys]) ->
         *place = Some(indicator(reading, k, table)?);
     }
     match found {
-        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
+        [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+        [None, None, None] => Ok(None),
         _ => Err(reading.wrong("indicator", format!("there are {}", tables.len()), "give three, of the axes x, y and z")),
     }
 }

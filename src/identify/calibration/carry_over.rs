@@ -8,7 +8,7 @@ use crate::robot::sites::Axis6;
 impl Calibration {
     /// The calibrated deviations of another problem's parameters, and those parameters that are unknown because their
     /// set-up is unseen.
-    pub(crate) fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
+    pub fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
         let mut values = problem.start();
         let mut unseen = Vec::new();
         for (p, parameter) in problem.parameters().iter().enumerate() {
@@ -42,7 +42,7 @@ impl Calibration {
     }
 
     /// The name in this calibration of a parameter of another problem; `None` if it belongs to an unseen set-up.
-    pub(crate) fn name_for(&self, parameter: &Parameter, problem: &Problem) -> Option<String> {
+    pub fn name_for(&self, parameter: &Parameter, problem: &Problem) -> Option<String> {
         let plain = parameter.spec.name.as_str();
         if parameter.owner == Owner::Robot {
             return Some(plain.to_owned());

@@ -40,8 +40,8 @@ pub struct Cell {
     pub speed_percent: u8,
     /// The controller's flange in the last frame of the robot's model.
     pub last_frame_from_flange: FramePose,
-    /// The indicators of the tool's x, y and z axis.
-    pub indicators: [CellIndicator; 3],
+    /// The indicators of the tool's x, y and z axis; `None` of a cell that measures points.
+    pub indicators: Option<[CellIndicator; 3]>,
     /// Limits on the robot's motions.
     pub guards: Guards,
     /// The gauge and its balls.

@@ -84,7 +84,7 @@ fn stop_row(probing: usize, stop: &Iteration, joints: usize) -> Vec<String> {
 
 fn probing_row(k: usize, record: &ProbingRecord, poses: &[PlannedPose], balls: &[String]) -> Vec<String> {
     let (pose, probing) = (poses.get(record.pose), &record.probing);
-    let ball = pose.and_then(|p| balls.get(p.ball)).cloned().unwrap_or_default();
+    let ball = pose.and_then(|p| balls.get(p.ball?)).cloned().unwrap_or_default();
     let (outcome, why, backed_off) = match &probing.outcome {
         Ok(_) => ("centred".to_owned(), String::new(), true),
         Err(failure) => (failure.reason.token(), failure.reason.to_string(), failure.backed_off),

@@ -54,7 +54,7 @@ impl<'a> Tour<'a> {
     /// Visits the balls in turn, at each the pose nearest to the last one, or the first of equals. It begins with the first
     /// pose.
     fn nearest(poses: &'a [PlannedPose]) -> Self {
-        let mut balls: Vec<usize> = Vec::new();
+        let mut balls: Vec<Option<usize>> = Vec::new();
         for pose in poses {
             if !balls.contains(&pose.ball) {
                 balls.push(pose.ball);

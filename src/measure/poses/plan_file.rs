@@ -111,13 +111,15 @@ struct WayToml {
 struct PoseToml {
     /// Name of the pose.
     id: String,
-    /// Id of the ball.
-    ball: String,
+    /// Id of the ball; none where a point is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ball: Option<String>,
     /// Name of the payload.
     payload: String,
-    /// Joints with the ball centred, deg.
-    contact_deg: Vec<f64>,
-    /// Joints from which the ball is approached, and to which the arm retreats, deg.
+    /// Joints with the ball centred, deg; none where a point is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    contact_deg: Option<Vec<f64>>,
+    /// Joints from which the ball is approached, and to which the arm retreats, or at which the point is measured, deg.
     approach_deg: Vec<f64>,
     /// Probed only in place of a pose on the same ball that failed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -149,9 +151,9 @@ pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(),
         .iter()
         .map(|p| PoseToml {
             id: p.id.clone(),
-            ball: cell.balls.get(p.ball).map(|b| b.id.clone()).unwrap_or_default(),
+            ball: p.ball.and_then(|ball| cell.balls.get(ball)).map(|b| b.id.clone()),
             payload: cell.payloads.get(p.payload).map(|l| l.name.clone()).unwrap_or_default(),
-            contact_deg: degrees(&p.contact),
+            contact_deg: p.ball.map(|_| degrees(&p.contact)),
             approach_deg: degrees(&p.approach),
             reserve: p.reserve,
             reverses: p.reverses.clone(),
@@ -260,15 +262,28 @@ impl Reading<'_> {
         if [HOME, MASTERING].contains(&p.id.as_str()) {
             return Err(self.wrong(&key("id"), format!("'{}' is an end of ways", p.id), "give the pose another id"));
         }
-        let Some(ball) = self.cell.balls.iter().position(|b| b.id == p.ball) else {
-            return Err(self.wrong(&key("ball"), format!("there is no ball '{}'", p.ball), "name a ball of the cell"));
+        let ball = match &p.ball {
+            Some(id) => match self.cell.balls.iter().position(|b| b.id == *id) {
+                None => return Err(self.wrong(&key("ball"), format!("there is no ball '{id}'"), "name a ball of the cell")),
+                ball => ball,
+            },
+            None if p.contact_deg.is_some() => {
+                return Err(self.wrong(&key("ball"), "is missing", "name the ball of the contact"));
+            }
+            None => None,
         };
+        if ball.is_some() && p.contact_deg.is_none() {
+            return Err(self.wrong(&key("contact_deg"), "is missing", "add `contact_deg`"));
+        }
         let Some(payload) = self.cell.payloads.iter().position(|l| l.name == p.payload) else {
             let problem = format!("there is no payload '{}'", p.payload);
             return Err(self.wrong(&key("payload"), problem, "name a payload of the cell"));
         };
-        let contact = self.joints(&key("contact_deg"), &p.contact_deg)?;
         let approach = self.joints(&key("approach_deg"), &p.approach_deg)?;
+        let contact = match &p.contact_deg {
+            Some(contact) => self.joints(&key("contact_deg"), contact)?,
+            None => approach.clone(),
+        };
         let via = self.via(&key("via_deg"), &p.via_deg)?;
         if p.clearance_mm.is_some_and(|gap| !gap.is_finite()) {
             return Err(self.wrong(&key("clearance_mm"), "is not a finite number", "make the plan again"));

@@ -4,18 +4,19 @@ use serde::Serialize;
 
 use crate::measure::dataset::{Measured, Sample};
 
-/// A pose at which a ball is to be probed.
+/// A pose at which a ball is to be probed, or a point measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedPose {
     /// Unique name, also that of the sample.
     pub id: String,
-    /// The ball, by its index in the artifact.
-    pub ball: usize,
+    /// The ball, by its index in the artifact; `None` where a point is measured.
+    pub ball: Option<usize>,
     /// The payload, by its index in the dataset.
     pub payload: usize,
-    /// Joints at which the nominal robot has its TCP on the ball, rad (N).
+    /// Joints at which it is measured: where the nominal robot has its TCP on the ball, rad (N).
     pub contact: Vec<f64>,
-    /// Joints at the end of the straight retreat along the approach, clear of the ball, rad (N).
+    /// Joints at the end of the straight retreat along the approach, clear of the ball, rad (N); where a point is measured, the
+    /// same.
     pub approach: Vec<f64>,
     /// Probed only in place of a pose on the same ball that failed.
     pub reserve: bool,
@@ -29,9 +30,9 @@ pub struct PlannedPose {
 }
 
 impl PlannedPose {
-    /// The sample that a nominal robot would give: its ball centred, without a reading.
-    pub fn nominal_sample(&self) -> Sample {
-        let measured = Measured::Ball { ball: self.ball, reading: None };
-        Sample { payload: self.payload, ..Sample::new(self.id.clone(), self.contact.clone(), measured) }
+    /// The sample that a nominal robot would give: its ball centred, without a reading; `None` where a point is measured.
+    pub fn nominal_sample(&self) -> Option<Sample> {
+        let measured = Measured::Ball { ball: self.ball?, reading: None };
+        Some(Sample { payload: self.payload, ..Sample::new(self.id.clone(), self.contact.clone(), measured) })
     }
 }

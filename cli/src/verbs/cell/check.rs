@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use calibench::cell::gauge::Traffic;
+use calibench::cell::gauge::{CellIndicator, Traffic};
 use calibench::cell::{Indicator, IndicatorError, StopRequest};
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::robot::{FramePose, rotation_vector};
@@ -20,15 +20,17 @@ pub fn run(path: &Path) -> Result<Outcome, Failure> {
     let cell = read_cell(path)?;
     let mut failures = 0;
     let mut rows = Vec::new();
-    for axis in 0..3 {
-        let row = indicator(&cell, axis).unwrap_or_else(|why| {
+    for (axis, its) in cell.indicators.iter().flatten().enumerate() {
+        let row = indicator(its, axis).unwrap_or_else(|why| {
             failures += 1;
-            let [name, place] = [axis_name(axis), cell.indicators[axis].place.to_string()];
+            let [name, place] = [axis_name(axis), its.place.to_string()];
             [name, place, String::new(), String::new(), String::new(), String::new(), format!("FAILS: {why}")]
         });
         rows.push(row);
     }
-    print_answer(plain_table(["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], rows))?;
+    if cell.indicators.is_some() {
+        print_answer(plain_table(["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], rows))?;
+    }
     match robot(&cell) {
         Ok((rows, fit)) => {
             failures += usize::from(!fit);
@@ -53,8 +55,8 @@ fn axis_name(axis: usize) -> String {
     format!("{} ({})", axis + 1, ["x", "y", "z"][axis])
 }
 
-fn indicator(cell: &Cell, axis: usize) -> Result<[String; 7], String> {
-    let mut gauge = cell.indicators[axis].open(axis).map_err(|e| e.error.to_string())?;
+fn indicator(its: &CellIndicator, axis: usize) -> Result<[String; 7], String> {
+    let mut gauge = its.open(axis).map_err(|e| e.error.to_string())?;
     let identity = gauge.identify().map_err(|e| e.to_string())?;
     let readings: Result<Vec<f64>, IndicatorError> = (0..READINGS).map(|_| gauge.read()).collect();
     let readings = readings.map_err(|e| e.to_string())?;
@@ -65,7 +67,7 @@ fn indicator(cell: &Cell, axis: usize) -> Result<[String; 7], String> {
     let decimals = gauge.decimals().unwrap_or(4);
     Ok([
         axis_name(axis),
-        cell.indicators[axis].place.to_string(),
+        its.place.to_string(),
         who,
         battery.into(),
         format!("{:+.decimals$}", mean / MM),

@@ -21,7 +21,7 @@ pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failu
         return Err(FileError::whole(output, "exists already", "give another name, or delete it").into());
     }
     let mut by_hand = ByHand::connect(&station).map_err(|e| hardware(&e))?;
-    let mut journal = Journal::open(output, by_hand.units(), resume)?;
+    let mut journal = Journal::open(output, by_hand.units(), None, resume)?;
     let mut person = Person { operator: Operator::who_jogs(), waiting: Waiting::new("") };
     let ended = by_hand.run(&mut journal, &mut person);
     let Person { waiting, .. } = person;
@@ -32,7 +32,7 @@ pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failu
         Err(e) => return Err(interrupted(e.to_string()).into()),
         Ok(Ended::Interrupted) => return Err(interrupted("interrupted".into()).into()),
         Ok(Ended::Finished) if kept == 0 => {
-            journal.discard()?;
+            journal.discard_empty()?;
             return Err("nothing was measured".into());
         }
         Ok(Ended::Finished) => journal.finish().map_err(|e| interrupted(e.to_string()))?,

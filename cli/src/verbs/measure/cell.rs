@@ -10,7 +10,7 @@ use calibench::cell::gauge::Traffic;
 use calibench::cell::guards::{Guarded, Motion, MotionRecord};
 use calibench::cell::replay::OffsetClock;
 use calibench::cell::{Driver, Manipulator};
-use calibench::files::cannot_be_written;
+use calibench::files::{FileError, cannot_be_written};
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::mastering::CalledOff;
@@ -25,13 +25,14 @@ use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_condit
 use calibench::units::{DEG, MM};
 use calibench_rehearsal::Sources;
 
+use super::points;
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
 use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, PROBINGS, hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
-use crate::terminal::streams::output;
+use crate::terminal::streams::{input, output};
 use crate::verbs::cell::check::disagreement_verdict;
 
 #[derive(clap::Args)]
@@ -45,8 +46,11 @@ pub struct CellArguments {
     /// Output page: the motions as a film, the least clearance of each body, and what was not checked
     #[arg(long, value_name = "PAGE", requires = "dry_run", value_parser = output())]
     film: Option<PathBuf>,
+    /// Station file with the instrument that measures the points of the plan, in place of a gauge on balls
+    #[arg(long, value_name = "STATION", requires = "cell", value_parser = input())]
+    pub instrument: Option<PathBuf>,
     #[command(flatten)]
-    operated: OperatedArguments,
+    pub operated: OperatedArguments,
     /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
     #[arg(long, requires = "resume")]
     moved: bool,
@@ -72,6 +76,12 @@ pub fn run(
     }
     preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
+    if planned.poses.iter().any(|pose| pose.ball.is_none()) {
+        return points::run(&cell, &planned, arguments, output, resume);
+    }
+    if arguments.instrument.is_some() {
+        return Err(format!("{}: is a plan of probings; `plan CELL --points N` makes one of points", plan.display()).into());
+    }
     let mut operator = Operator::new(arguments.operated.yes)?;
     let poses = &planned.poses;
     let under = Conditions::of(poses, &cell.dataset)
@@ -187,7 +197,11 @@ fn summary(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
 
 /// Opens and identifies the indicators.
 pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
-    let mut gauges = cell.open_indicators().map_err(|e| hardware(&e))?;
+    let gauges = cell.open_indicators().map_err(|e| hardware(&e))?;
+    let mut gauges = gauges.ok_or_else(|| {
+        let remedy = "add three [[indicator]], or give --instrument and a plan of points";
+        FileError::whole(&cell.file, "has no indicators", remedy)
+    })?;
     for (axis, gauge) in gauges.iter_mut().enumerate() {
         let named = |why: String| Hardware(format!("indicator {}: {why}", axis + 1));
         let identity = gauge.identify().map_err(|e| named(e.to_string()))?;
@@ -281,7 +295,7 @@ fn traffic_of(robot: &dyn Driver, gauges: &[CellGauge; 3]) -> String {
 }
 
 /// Appends every motion to `DATASET.motions.csv` beside the dataset.
-fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failure> {
+pub fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failure> {
     let mut path = output.as_os_str().to_owned();
     path.push(".motions.csv");
     let path = PathBuf::from(path);

@@ -3,15 +3,25 @@
 use std::path::Path;
 
 use calibench::files::{FileError, field_error, read_text};
+use calibench::identify::Model;
 use calibench::measure::campaign::cell::{CELL_FORMAT, Cell, read_cell};
 use calibench::measure::dataset::Dataset;
+use calibench::measure::poses::write_plan;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::rotation_vector;
 use calibench::units::{DEG, MM};
 use toml::Table;
 
+use super::{Arguments, chosen_sentence};
 use crate::arguments::scenario::read_scenario;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{print, print_answer};
+use crate::terminal::progress::Waiting;
+use calibench_sim::planning::{PointRequest, layout, plan_points};
 use calibench_sim::scenario::Scenario;
+
+/// Starts of the search for poses where no scenario says it.
+const STARTS: usize = 8;
 
 /// Largest allowed distance of a ball or the TCP between scenario and cell, m: clearances are a few millimetres.
 const SAME_PLACE: f64 = 1.0 * MM;
@@ -54,6 +64,44 @@ pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
         None => scenario,
     };
     Ok((scenario, cell))
+}
+
+/// Plans poses in which an instrument measures points.
+pub fn plan_points_of(path: &Path, arguments: &Arguments, poses: usize) -> Result<Outcome, Failure> {
+    if !is_cell(path) {
+        let remedy = "give a cell.toml; a scenario plans its own points, by `tracker` and `plan.point_poses`";
+        return Err(FileError::whole(path, "is not a cell", remedy).into());
+    }
+    let cell = read_cell(path)?;
+    let scenario = cell.scenario.is_some().then(|| scenario_of(path)).transpose()?.map(|(scenario, _)| scenario);
+    let bodies = match (&cell.surroundings, &scenario) {
+        (Some(bodies), _) => bodies.clone(),
+        (None, Some(scenario)) => scenario.surroundings(),
+        (None, None) => {
+            let remedy = "add `surroundings.scene`, a scene with the bodies around the arm";
+            return Err(FileError::whole(path, "names no bodies around the arm", remedy).into());
+        }
+    };
+    let facing = scenario.as_ref().and_then(|scenario| layout(scenario).facing);
+    let model = scenario.as_ref().map_or_else(Model::default, |scenario| scenario.model.clone());
+    let starts = scenario.as_ref().map_or(STARTS, |scenario| scenario.plan.starts);
+    let seed = arguments.seed.or(scenario.as_ref().map(|scenario| scenario.seed)).unwrap_or_default();
+    let waiting = Waiting::new("planning");
+    let request =
+        PointRequest { cell: &cell.dataset, bodies: &bodies, guards: &cell.guards, facing, model: &model, poses, starts, seed };
+    let plan = plan_points(&request)?;
+    drop(waiting);
+    if let Some(file) = &arguments.output {
+        write_plan(file, &plan.probing, &cell.dataset)?;
+    }
+    print_answer(chosen_sentence("points", plan.wanted(), &plan.chosen))?;
+    if facing.is_none() {
+        print("Where the instrument stands is not known: turn the target to it, and keep its view clear.")?;
+    }
+    if let Some(file) = &arguments.output {
+        print(format!("The plan is in {}.", file.display()))?;
+    }
+    Ok(Outcome::Done)
 }
 
 /// A difference that would make a plan wrong, if any.

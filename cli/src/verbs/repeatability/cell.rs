@@ -95,7 +95,9 @@ fn stations(cell: &Cell, poses: &[PlannedPose], asked: &Asked<'_>) -> Result<Vec
     let model = &cell.dataset;
     let balls = places(&model.ball_ids(), asked.named)?;
     let first = poses.first().map_or(0, |pose| pose.payload);
-    let usable = poses.iter().filter(|pose| pose.payload == first && pose.reverses.is_none() && balls.contains(&pose.ball));
+    let usable = poses
+        .iter()
+        .filter(|pose| pose.payload == first && pose.reverses.is_none() && pose.ball.is_some_and(|b| balls.contains(&b)));
     let all = usable.map(|pose| Station::new(&model.robot, &model.base, &model.tool, pose.clone())).collect();
     let mut chosen = most_telling(model, all, &balls, asked.postures)
         .map_err(|e| format!("{e}; request fewer with --postures, or plan more"))?;

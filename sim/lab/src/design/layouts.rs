@@ -2,6 +2,7 @@
 
 use calibench::files::FileError;
 use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::PlannedPose;
 use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
 
 use super::artifact::{Artifact, Workshop};
@@ -56,10 +57,7 @@ impl Layouts<'_> {
         let document = self.workshop.document(artifact, self.workshop.design.poses_per_ball(balls)).ok()?;
         let scenario = document.scenario().ok()?;
         let plan = plan(&scenario, self.seed).ok()?;
-        let probed = plan.probing.poses.iter().filter(|p| !p.reserve).map(|p| {
-            let measured = Measured::Ball { ball: p.ball, reading: None };
-            Sample { payload: p.payload, ..Sample::new(&*p.id, p.contact.clone(), measured) }
-        });
+        let probed = plan.probing.poses.iter().filter(|p| !p.reserve).filter_map(PlannedPose::nominal_sample);
         let cell = Dataset { samples: probed.collect(), ..scenario.dataset() };
         let predicted = workspace.predicted(&sought.information(&cell, &scenario.model).ok()??)?;
         Some(Judged {

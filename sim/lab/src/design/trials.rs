@@ -77,7 +77,7 @@ pub fn verify(
     // The tracker is used for judging only.
     let (identification, points) = (Tour::default(), Tour::default());
     let validation = Tour::direct(workspace.poses.clone());
-    let tracker = TrackerPlan { identification, points, validation, chosen: plan.trical.clone() };
+    let tracker = TrackerPlan { identification, points, validation, chosen: plan.chosen.clone() };
     // An artifact is designed for the gauge alone.
     let plans = Plans { plan: plan.clone(), tracker, rival: Vec::new() };
     let Trials { seed, count } = trials;

@@ -7,13 +7,13 @@ use crate::robot::kinematics::world_from_tool;
 use crate::robot::{FramePose, apart};
 
 impl Cell {
-    /// Opens all three indicators.
+    /// Opens all three indicators; `None` if the cell has none.
     ///
     /// # Errors
     /// When one of their ports cannot be opened.
-    pub fn open_indicators(&self) -> Result<[CellGauge; 3], PortError> {
-        let [x, y, z] = &self.indicators;
-        Ok([x.open(0)?, y.open(1)?, z.open(2)?])
+    pub fn open_indicators(&self) -> Result<Option<[CellGauge; 3]>, PortError> {
+        let Some([x, y, z]) = &self.indicators else { return Ok(None) };
+        Ok(Some([x.open(0)?, y.open(1)?, z.open(2)?]))
     }
 
     /// Connects to the robot. Nothing is written and nothing moves.

@@ -31,8 +31,9 @@ pub(super) struct CellToml<R> {
     pub surroundings: Option<SurroundingsToml>,
     /// The controller.
     pub robot: R,
-    /// The indicators of the gauge: three, one for each axis of the tool.
-    #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 3)))]
+    /// The indicators of the gauge: three, one for each axis of the tool. None in a cell that measures points by an instrument.
+    #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(length(max = 3)))]
     pub indicator: Vec<IndicatorKeys>,
     /// Limits on the motion of the arm.
     #[serde(default)]

@@ -66,7 +66,8 @@ pub struct ProbingEntry {
 impl ProbingEntry {
     /// The sample of the dataset, if the ball was centred.
     pub(crate) fn sample(&self, pose: &PlannedPose, session: Option<String>) -> Option<Sample> {
-        self.probing.outcome.as_ref().ok().map(|centred| Sample {
+        let (centred, ball) = (self.probing.outcome.as_ref().ok()?, pose.ball?);
+        Some(Sample {
             payload: pose.payload,
             session,
             time_s: Some(centred.time_s),
@@ -74,7 +75,7 @@ impl ProbingEntry {
             q_commanded: centred.commanded.clone(),
             approach: Some(self.approach.clone()),
             plungers: <[i8; 3]>::try_from(self.plungers.as_slice()).ok(),
-            ..Sample::new(&pose.id, centred.joints.clone(), Measured::Ball { ball: pose.ball, reading: Some(centred.reading) })
+            ..Sample::new(&pose.id, centred.joints.clone(), Measured::Ball { ball, reading: Some(centred.reading) })
         })
     }
 }

@@ -168,7 +168,7 @@ fn by_another_turn(finder: &mut WayFinder<'_>, pose: &mut PlannedPose) -> Result
 }
 
 fn blocked_pose(pose: &PlannedPose, bodies: &[String], why: Blocked) -> BlockedPose {
-    BlockedPose { pose: pose.id.clone(), ball: bodies.get(pose.ball).cloned(), why }
+    BlockedPose { pose: pose.id.clone(), ball: pose.ball.and_then(|ball| bodies.get(ball)).cloned(), why }
 }
 
 fn reversed(way: Way) -> Way {
@@ -181,7 +181,7 @@ fn join(finder: &mut WayFinder<'_>, ways: &HomeWays, bodies: &[String], poses: &
     let mut before: Option<(String, Vec<f64>, usize)> = None;
     for pose in poses.iter_mut() {
         let from_home = ways.to.get(&pose.id).cloned().unwrap_or_default();
-        let body = bodies.get(pose.ball).and_then(|name| finder.fixed_named(name));
+        let body = pose.ball.and_then(|ball| bodies.get(ball)).and_then(|name| finder.fixed_named(name));
         let onto = finder.narrowest(&pose.approach, &pose.contact, body).map(|n| n.clearance);
         if onto.as_ref().is_some_and(|gap| gap.distance <= 0.0) {
             blocked.push(blocked_pose(pose, bodies, Blocked { narrowest: onto }));

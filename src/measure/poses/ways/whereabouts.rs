@@ -46,7 +46,8 @@ pub fn whereabouts(
     if let Some(pose) = poses.iter().find(|pose| turn(q, &pose.approach) < ON_THE_WAY) {
         return Whereabouts::OnWay(Vec::new(), ArmAt::Approach(pose.id.clone()));
     }
-    let out = poses.iter().enumerate().filter_map(|(k, pose)| {
+    let on_balls = poses.iter().enumerate().filter(|(_, pose)| pose.ball.is_some());
+    let out = on_balls.filter_map(|(k, pose)| {
         let nearest = nearest(&pose.contact, &pose.approach, q);
         let apart = turn(&nearest, q);
         (apart < CENTRING_TURN && (tcp(&nearest) - here).norm() < CENTRING_REACH).then_some((k, apart))

@@ -5,13 +5,13 @@ use nalgebra::{DMatrix, DVector, Unit, Vector3};
 use super::scene::{Movable, Scene};
 use super::search::{Solution, not_finite};
 use super::{Earlier, RecoveryError};
-use crate::identify::problem::{Parameter, Problem, Use};
-use crate::math::positive_definite::ScaledCholesky;
-use crate::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
-use crate::measure::poses::free_poses::{FreePosesRequest, free_poses};
-use crate::measure::poses::pool::{PoolError, PoolRequest, ProbedBall, feasible_pool};
-use crate::planning::pool::CellLayout;
-use crate::robot::kinematics::world_from_tool;
+use calibench::identify::problem::{Parameter, Problem, Use};
+use calibench::math::ScaledCholesky;
+use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Sample};
+use calibench::measure::poses::free_poses::{FreePosesRequest, free_poses};
+use calibench::measure::poses::pool::{PoolError, PoolRequest, ProbedBall, feasible_pool};
+use calibench::planning::pool::CellLayout;
+use calibench::robot::kinematics::world_from_tool;
 
 /// Postures from which touches are chosen: twice as many lower the worst uncertainty by a few per cent.
 const CANDIDATES: usize = 240;

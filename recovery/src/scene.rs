@@ -4,14 +4,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Earlier, RecoveryError};
-use crate::effects::{EffectId, Owner};
-use crate::identify::Model;
-use crate::identify::calibration::Calibration;
-use crate::identify::problem::{Parameter, Prior, Problem, Use};
-use crate::measure::dataset::{Dataset, NamedDataset};
-use crate::robot::JointKind;
-use crate::robot::sites::Axis6;
-use crate::units::{DEG, MM, Unit};
+use calibench::effects::{EffectId, Owner};
+use calibench::identify::Model;
+use calibench::identify::calibration::Calibration;
+use calibench::identify::problem::{Parameter, Prior, Problem, Use};
+use calibench::measure::dataset::{Dataset, NamedDataset};
+use calibench::robot::JointKind;
+use calibench::robot::sites::Axis6;
+use calibench::units::{DEG, MM, Unit};
 
 /// One-sigma of a frame or a pin of which nothing is known but where it roughly is, m and rad: as far as a tape measure is off.
 const ANYWHERE: [f64; 2] = [300.0 * MM, 0.3];

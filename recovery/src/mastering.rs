@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::ZeroChange;
-use crate::units::DEG;
+use calibench::units::DEG;
 
 /// A maker of controllers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,16 +3,16 @@
 //! Whitened by what was known before the crash, the touches are of unit variance where nothing moved; a combination adds the
 //! variance of its columns. The scale of noise and prior is known as well as ten measurements tell it, so that the likelihoods
 //! are those of Student's t. The average ratio of all combinations to none is exceeded by `1 / alpha` with a probability of at most
-//! `alpha` where nothing moved (Markov's inequality), as in a [check](crate::monitoring::check).
+//! `alpha` where nothing moved (Markov's inequality), as in a [check](calibench::monitoring::check).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::scene::{Movable, Near, Scene};
 use super::{Moved, RecoveryError};
-use crate::identify::calibration::IdentifyError;
-use crate::identify::fit::FitError;
-use crate::math::linalg::LinalgError;
-use crate::math::positive_definite::ScaledCholesky;
+use calibench::identify::calibration::IdentifyError;
+use calibench::identify::fit::FitError;
+use calibench::math::LinalgError;
+use calibench::math::ScaledCholesky;
 
 /// Most zeros that one crash takes.
 const MOST_ZEROS: usize = 3;

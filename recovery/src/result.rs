@@ -6,13 +6,13 @@ use nalgebra::{DMatrix, DVector};
 use super::scene::{Movable, Scene};
 use super::search::{Change, Search, Solution, not_finite, spread};
 use super::{Changed, Earlier, Moved, RecoveryError, WorstTouch, ZeroChange};
-use crate::identify::calibration::{Calibration, Estimate, MeasuredSetup};
-use crate::identify::fit::Outcome;
-use crate::identify::problem::{Parameter, Prior, Setup};
-use crate::identify::{FittedRows, Model};
-use crate::math::positive_definite::ScaledCholesky;
-use crate::math::{Observability, rms};
-use crate::measure::dataset::NamedDataset;
+use calibench::identify::calibration::{Calibration, Estimate, MeasuredSetup};
+use calibench::identify::fit::Outcome;
+use calibench::identify::problem::{Parameter, Prior, Setup};
+use calibench::identify::{FittedRows, Model};
+use calibench::math::ScaledCholesky;
+use calibench::math::{Observability, rms};
+use calibench::measure::dataset::NamedDataset;
 
 /// Ratio of the variance of the touches to the stated one up to which noise is not a reason to doubt the result: a noise is
 /// stated from a data sheet.

@@ -7,7 +7,7 @@
 //! ```
 //! use calibench::identify::{Model, identify};
 //! # use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample};
-//! use calibench::recovery::{Earlier, Verdict, recover};
+//! use calibench_recovery::{Earlier, Verdict, recover};
 //! # use calibench::robot::kinematics::world_from_tool;
 //! # use calibench::robot::{FramePose, built_in};
 //! use calibench::units::{DEG, UM};
@@ -46,12 +46,12 @@ use thiserror::Error;
 
 use self::scene::Scene;
 use self::search::{Search, Solution};
-use crate::identify::calibration::{Calibration, IdentifyError};
-use crate::identify::fleet::Fleet;
-use crate::identify::problem::ProblemError;
-use crate::math::rms;
-use crate::measure::dataset::NamedDataset;
-use crate::measure::poses::pool::PoolError;
+use calibench::identify::calibration::{Calibration, IdentifyError};
+use calibench::identify::fleet::Fleet;
+use calibench::identify::problem::ProblemError;
+use calibench::math::rms;
+use calibench::measure::dataset::NamedDataset;
+use calibench::measure::poses::pool::PoolError;
 
 /// Probability of a report that something moved where nothing did (Markov's inequality).
 pub const FALSE_ALARM: f64 = 0.01;
@@ -70,7 +70,7 @@ const MISFIT: f64 = 1e-4;
 
 /// A joint whose zero is not known better than this from the touches, one-sigma, rad, is not seen by them: about half the
 /// smallest zero that anyone masters for.
-const UNSEEN: f64 = 0.5 * crate::units::DEG;
+const UNSEEN: f64 = 0.5 * calibench::units::DEG;
 
 /// What was known of the robot before the crash.
 #[derive(Debug, Clone, Copy)]

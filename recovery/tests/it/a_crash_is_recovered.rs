@@ -11,13 +11,13 @@ use calibench::identify::calibration::{Calibration, read_calibration, write_cali
 use calibench::identify::{Model, identify_without_indices};
 use calibench::math::Observability;
 use calibench::measure::dataset::{Ball, Dataset, Measured, NamedDataset, Noise, Sample};
-use calibench::recovery::touches::{PlannedTouch, plan_touches};
-use calibench::recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use calibench::robot::kinematics::{Posture, world_from_tool};
 use calibench::robot::sites::SiteIndex;
 use calibench::robot::statics::{DEFAULT_GRAVITY, Loads, Payload};
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM, UM, Unit};
+use calibench_recovery::touches::{PlannedTouch, plan_touches};
+use calibench_recovery::{Earlier, Recovery, RecoveryError, Verdict, recover};
 use nalgebra::{Matrix3, Matrix3xX, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

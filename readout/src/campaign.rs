@@ -1,0 +1,201 @@
+//! A campaign of points: the robot goes through the poses of a plan by itself, and an instrument measures a point in each.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use calibench::cell::{Manipulator, ManipulatorError, StopRequest};
+use calibench::files::FileError;
+use calibench::measure::campaign::{CampaignSettings, LastMotion};
+use calibench::measure::dataset::{Dataset, Measured, Sample};
+use calibench::measure::poses::ways::ArmAt;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::robot::kinematics::world_from_tool;
+use calibench::robot::{FramePose, rigid_fit};
+use calibench::units::DEG;
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::ReadoutError;
+use crate::journal::{Journal, Row};
+use crate::points::Instrument;
+
+/// Motion of a joint while a point is measured that is too much, rad.
+const STILL: f64 = 0.01 * DEG;
+/// Attempts at a point.
+const TRIES: usize = 2;
+/// Poses in succession without a point after which something is wrong that going on does not mend.
+const MOST_MISSED: usize = 3;
+/// Fewest points that determine where the instrument is.
+const FEWEST: usize = 3;
+
+/// Why a campaign of points stopped.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CampaignStop {
+    /// The robot did not do what it was told.
+    #[error(transparent)]
+    Robot(#[from] ManipulatorError),
+    /// Several poses in succession had no point.
+    #[error("no point in {MOST_MISSED} poses in succession; of the last: {0}")]
+    Instrument(#[source] ReadoutError),
+    /// The journal cannot be written.
+    #[error(transparent)]
+    Journal(#[from] FileError),
+}
+
+/// What a campaign of points tells while it runs.
+pub trait CampaignWatcher {
+    /// The arm goes to a pose.
+    fn goes_to(&mut self, pose: &PlannedPose);
+    /// A point was measured.
+    fn measured(&mut self, row: &Row);
+    /// A pose was left without a point.
+    fn missed(&mut self, pose: &PlannedPose, why: &str);
+}
+
+/// A campaign of points.
+pub struct PointCampaign<'a> {
+    /// The poses, and the ways between them.
+    pub plan: &'a ProbingPlan,
+    /// A request to stop.
+    pub stop: StopRequest,
+    /// Where the arm is.
+    pub stands: ArmAt,
+}
+
+impl PointCampaign<'_> {
+    /// Measures the poses of the plan that are not in the journal, and goes home. Returns the ids of those without a point.
+    ///
+    /// # Errors
+    /// Why it stopped before the end; what was measured is in the journal.
+    pub fn run(
+        &mut self,
+        robot: &mut dyn Manipulator,
+        instrument: &mut Instrument,
+        journal: &mut Journal,
+        watcher: &mut dyn CampaignWatcher,
+    ) -> Result<Vec<String>, CampaignStop> {
+        let plan = self.plan;
+        let done: Vec<String> = journal.rows().iter().filter_map(|row| row.pose.clone()).collect();
+        let (mut missed, mut in_succession) = (Vec::new(), 0);
+        for pose in plan.poses.iter().filter(|pose| !done.contains(&pose.id)) {
+            watcher.goes_to(pose);
+            robot.move_along(&self.way_to(pose))?;
+            self.stands = ArmAt::Approach(pose.id.clone());
+            match self.point_at(pose, robot, instrument)? {
+                Ok(row) => {
+                    journal.add(row)?;
+                    in_succession = 0;
+                    if let Some(row) = journal.rows().last() {
+                        watcher.measured(row);
+                    }
+                }
+                Err(why) => {
+                    watcher.missed(pose, &why.to_string());
+                    missed.push(pose.id.clone());
+                    in_succession += 1;
+                    if in_succession == MOST_MISSED {
+                        self.go_home(robot)?;
+                        return Err(CampaignStop::Instrument(why));
+                    }
+                }
+            }
+        }
+        self.go_home(robot)?;
+        Ok(missed)
+    }
+
+    /// The joints through which the arm goes to a pose, its own at the end, rad.
+    fn way_to(&self, pose: &PlannedPose) -> Vec<Vec<f64>> {
+        let poses = &self.plan.poses;
+        let before = poses.iter().position(|p| p.id == pose.id).and_then(|k| poses.get(k.checked_sub(1)?));
+        let via = match (&self.stands, &self.plan.ways) {
+            (ArmAt::Approach(at), _) if *at == pose.id => Vec::new(),
+            (ArmAt::Approach(at), _) if before.is_some_and(|b| b.id == *at && b.payload == pose.payload) => pose.via.clone(),
+            (ArmAt::Approach(at), Some(ways)) => ways.between(at, &pose.id),
+            (ArmAt::Home, Some(ways)) => ways.from_home(&pose.id).to_vec(),
+            _ => Vec::new(),
+        };
+        [via, vec![pose.approach.clone()]].concat()
+    }
+
+    fn go_home(&mut self, robot: &mut dyn Manipulator) -> Result<(), ManipulatorError> {
+        let (Some(ways), ArmAt::Approach(at)) = (&self.plan.ways, &self.stands) else { return Ok(()) };
+        robot.move_along(&ways.home_from(at))?;
+        self.stands = ArmAt::Home;
+        Ok(())
+    }
+
+    /// The point of a pose in which the arm stands, or why there is none.
+    fn point_at(
+        &self,
+        pose: &PlannedPose,
+        robot: &mut dyn Manipulator,
+        instrument: &mut Instrument,
+    ) -> Result<Result<Row, ReadoutError>, ManipulatorError> {
+        let stopped = || ManipulatorError::Stopped { reason: "a stop was requested".into() };
+        let mut why = None;
+        for _ in 0..TRIES {
+            let q = robot.joints()?;
+            let point = match instrument.point(&mut || !self.stop.is_made()) {
+                Ok(Some(point)) => point,
+                Ok(None) => return Err(stopped()),
+                Err(error) => {
+                    why = Some(error);
+                    continue;
+                }
+            };
+            let after = robot.joints()?;
+            if let Some(joint) = q.iter().zip(&after).position(|(q, after)| (q - after).abs() > STILL) {
+                let problem = format!("joint {} moved while the point was taken", joint + 1);
+                why = Some(ReadoutError::new("robot", problem, "see why the arm does not stand still"));
+                continue;
+            }
+            let time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
+            return Ok(Ok(Row {
+                time_s,
+                q: after,
+                point_m: [point.position.x, point.position.y, point.position.z],
+                name: point.name,
+                pose: Some(pose.id.clone()),
+                q_commanded: robot.commanded(),
+                temp_c: robot.temperature_c(),
+            }));
+        }
+        Ok(Err(why.unwrap_or_else(|| ReadoutError::new("instrument", "no point", "see whether it measures"))))
+    }
+}
+
+/// The dataset of a journal: the description of the cell, with the base where the points say that it is.
+///
+/// The instrument's frame is anybody's choice: the base is the one that brings the nominal arm closest to its points. It is found,
+/// not stated.
+pub fn dataset_of(cell: &Dataset, plan: &ProbingPlan, rows: &[Row]) -> Dataset {
+    let nominal = |row: &Row| world_from_tool(&cell.robot, &cell.base, &cell.tool, &row.q).translation.vector;
+    let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = rows.iter().map(|row| (nominal(row), Vector3::from(row.point_m))).collect();
+    let began = rows.first().map_or(0.0, |row| row.time_s);
+    let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
+    let samples = rows.iter().enumerate().map(|(k, row)| {
+        motion.rest_at(&row.q);
+        let pose = row.pose.as_ref().and_then(|id| plan.poses.iter().find(|pose| pose.id == *id));
+        let id = row.pose.clone().unwrap_or_else(|| format!("p{:03}", k + 1));
+        Sample {
+            payload: pose.map_or(0, |pose| pose.payload),
+            time_s: Some(row.time_s - began),
+            temp_c: row.temp_c,
+            q_commanded: row.q_commanded.clone(),
+            approach: Some(motion.signs().to_vec()),
+            ..Sample::new(id, row.q.clone(), Measured::Point(Vector3::from(row.point_m)))
+        }
+    });
+    let samples = samples.collect();
+    let found = (rows.len() >= FEWEST).then(|| rigid_fit(&pairs)).flatten();
+    match found {
+        Some(moved) => {
+            let base = FramePose::from_pose(&(moved * cell.base.pose()));
+            // It pulls as it did before, seen from the arm.
+            let gravity = moved.rotation * cell.gravity;
+            Dataset { base, base_found: true, gravity, samples, ..cell.clone() }
+        }
+        None => Dataset { samples, ..cell.clone() },
+    }
+}
