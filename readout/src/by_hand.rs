@@ -109,6 +109,9 @@ impl<'a> ByHand<'a> {
         if let Some(instrument) = self.instrument.as_ref().filter(|instrument| !instrument.is_connected()) {
             attendant.tell(&format!("Waiting for the instrument to connect to {}.", instrument.address()));
         }
+        if let Some(remark) = self.station.controller.remark() {
+            attendant.tell(remark);
+        }
         attendant.tell(match (&self.reader, self.station.still.is_automatic) {
             (Some(_), true) => {
                 "Jog to a posture and stand still: it is measured. u and Enter takes the last back, q and Enter ends."
@@ -127,6 +130,8 @@ impl<'a> ByHand<'a> {
         let still = &self.station.still;
         let within = |unit: &JointUnit| if unit.is_length() { still.length } else { still.angle } / unit.si();
         let mut stillness = Stillness::new(still.wait, self.units.iter().map(within).collect());
+        // What was taken back by `u` is not measured again by itself.
+        let mut last = journal.rows().last().map(|row| row.q.clone());
         let mut is_wanted = false;
         loop {
             if attendant.is_stopped() {
@@ -152,7 +157,7 @@ impl<'a> ByHand<'a> {
             }
             let Motion::Still(q) = motion else { continue };
             let q: Vec<f64> = q.iter().zip(&self.units).map(|(q, unit)| q * unit.si()).collect();
-            let is_another = journal.rows().last().is_none_or(|last| self.differs(&last.q, &q));
+            let is_another = last.as_ref().is_none_or(|last| self.differs(last, &q));
             if !is_wanted && !(still.is_automatic && is_another) {
                 continue;
             }
@@ -177,7 +182,10 @@ impl<'a> ByHand<'a> {
                 Ok(Motion::Moving { joint, .. }) => {
                     attendant.tell(&format!("Not measured: joint {joint} moved while the point was taken."));
                 }
-                Ok(_) => self.keep(q, &point, journal, attendant)?,
+                Ok(_) => {
+                    last = Some(q.clone());
+                    self.keep(q, &point, journal, attendant)?;
+                }
                 Err(error) => attendant.tell(&format!("Not measured: {error}.")),
             }
             stillness.forget();

@@ -83,7 +83,8 @@ fn split_at<'l>(text: &'l str, mark: &str) -> Option<(&'l str, &'l str)> {
 pub fn number(text: &str) -> Option<f64> {
     let text = text.trim();
     let plain = text.strip_prefix('+').unwrap_or(text);
-    let pointed = if plain.contains('.') { plain.to_owned() } else { plain.replacen(',', ".", 1) };
+    // A comma at the end is the mark of a field more.
+    let pointed = if plain.contains('.') || plain.ends_with(',') { plain.to_owned() } else { plain.replacen(',', ".", 1) };
     // Words such as `inf` are numbers to the parser of the language, and not to anybody else.
     if pointed.contains(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E')) {
         return None;

@@ -84,7 +84,7 @@ impl LineLink {
                 let address = address.clone();
                 shared.state().stream = Some(stream.try_clone().map_err(lost)?);
                 let told = address.clone();
-                thread::spawn(move || theirs.read_on(Some(stream), || connect(&address)));
+                thread::spawn(move || theirs.read_on(Some(stream), || connect(&address), || None));
                 told
             }
             End::Listen(address) => {
@@ -98,7 +98,9 @@ impl LineLink {
                 let listener = TcpListener::bind(address).map_err(cannot)?;
                 listener.set_nonblocking(true).map_err(cannot)?;
                 let told = listener.local_addr().map_err(cannot)?.to_string();
-                thread::spawn(move || theirs.read_on(None, || listener.accept().map(|(stream, _)| stream)));
+                // A device that was switched off and on leaves a dead connection behind: the newest is listened to.
+                let accept = move || listener.accept().map(|(stream, _)| stream);
+                thread::spawn(move || theirs.read_on(None, &accept, || accept().ok()));
                 told
             }
         };
@@ -186,7 +188,13 @@ fn connect(address: &str) -> io::Result<TcpStream> {
 
 impl Shared {
     /// Reads lines, from one connection after the other, until the link is closed.
-    fn read_on(&self, first: Option<TcpStream>, mut next: impl FnMut() -> io::Result<TcpStream>) {
+    /// `newer` is a connection that takes the place of one that is still open.
+    fn read_on(
+        &self,
+        first: Option<TcpStream>,
+        next: impl Fn() -> io::Result<TcpStream>,
+        newer: impl Fn() -> Option<TcpStream>,
+    ) {
         let mut stream = first;
         while !self.is_closing.load(Ordering::SeqCst) {
             let Some(open) = stream.take() else {
@@ -196,9 +204,14 @@ impl Shared {
                 }
                 continue;
             };
-            // What was connected last is listened to; a device that was switched off and on leaves a dead connection behind.
             self.state().stream = open.try_clone().ok();
-            let why = self.read_from(open);
+            let why = match self.read_from(open, &newer) {
+                Ok(newer) => {
+                    stream = Some(newer);
+                    continue;
+                }
+                Err(why) => why,
+            };
             let mut state = self.state();
             (state.stream, state.trouble) = (None, Some(why));
             drop(state);
@@ -206,17 +219,23 @@ impl Shared {
         }
     }
 
-    /// Reads lines until the connection ends, and returns why it did.
-    fn read_from(&self, mut stream: TcpStream) -> String {
+    /// Reads lines until a newer connection takes the place of this one, which is returned.
+    ///
+    /// # Errors
+    /// Why the connection ended.
+    fn read_from(&self, mut stream: TcpStream, newer: impl Fn() -> Option<TcpStream>) -> Result<TcpStream, String> {
         if stream.set_nonblocking(false).and_then(|()| stream.set_read_timeout(Some(END_OF_LINE))).is_err() {
-            return "the connection cannot be read".into();
+            return Err("the connection cannot be read".into());
         }
         let (mut bytes, mut chunk) = (Vec::new(), [0; 4096]);
         while !self.is_closing.load(Ordering::SeqCst) {
+            if let Some(newer) = newer() {
+                return Ok(newer);
+            }
             match stream.read(&mut chunk) {
                 Ok(0) => {
                     self.take_line(&mut bytes);
-                    return "it closed the connection".into();
+                    return Err("it closed the connection".into());
                 }
                 Ok(count) => {
                     for &byte in &chunk[..count] {
@@ -227,15 +246,15 @@ impl Shared {
                         }
                     }
                     if bytes.len() > LONGEST_LINE {
-                        return format!("it sends a line of more than {LONGEST_LINE} bytes");
+                        return Err(format!("it sends a line of more than {LONGEST_LINE} bytes"));
                     }
                 }
                 Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => self.take_line(&mut bytes),
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}
-                Err(e) => return e.to_string(),
+                Err(e) => return Err(e.to_string()),
             }
         }
-        String::new()
+        Err(String::new())
     }
 
     /// Keeps a line whose last byte arrived just now; the oldest make room for it.

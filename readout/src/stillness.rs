@@ -76,8 +76,8 @@ mod tests {
         assert_eq!(stillness.add(at(200), &[1.0, 5.5]), Motion::Moving { joint: 2, by: 0.5 });
         assert_eq!(stillness.add(at(400), &[1.0, 6.0]), Motion::Moving { joint: 2, by: 1.0 });
         // The last motion ended at 400 ms; a step of the read-out's resolution is none.
-        assert_eq!(stillness.add(at(800), &[1.0, 6.01]), Motion::Moving { joint: 2, by: 0.51 });
-        assert!(matches!(stillness.add(at(1000), &[1.0, 6.0]), Motion::Still(_)));
+        assert_eq!(stillness.add(at(800), &[1.0, 6.25]), Motion::Moving { joint: 2, by: 0.75 });
+        assert!(matches!(stillness.add(at(1400), &[1.0, 6.26]), Motion::Still(_)));
         stillness.forget();
         assert_eq!(stillness.add(at(1100), &[1.0, 6.0]), Motion::Settling);
     }

@@ -117,7 +117,7 @@ fn document(cell: &Cell, rehearsal: &Rehearsal, sources: &Sources) -> Document {
         is_bare: cell.dataset.robot.solids.is_empty(),
         pictures: film.pictures,
         tcp_mm: film.tcp,
-        unchecked: unchecked(cell),
+        unchecked: unchecked(cell, rehearsal),
     }
 }
 

@@ -3,8 +3,11 @@
 use calibench::measure::campaign::cell::Cell;
 use calibench::units::MM;
 
-/// What was not checked, in sentences; never empty.
-pub(super) fn unchecked(cell: &Cell) -> Vec<String> {
+use super::rehearsal::Rehearsal;
+
+/// What a rehearsal did not check, in sentences; never empty.
+pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
+    let probes = rehearsal.motions.iter().any(|motion| motion.ball.is_some());
     let mut all = Vec::new();
     match &cell.surroundings {
         None => all.push(
@@ -27,18 +30,24 @@ pub(super) fn unchecked(cell: &Cell) -> Vec<String> {
          before it, nor the base with what it stands on."
             .into(),
     );
-    all.push("The gauge is not compared with the ball that it probes, on which it closes.".into());
+    all.push(if probes {
+        "The gauge is not compared with the ball that it probes, on which it closes.".into()
+    } else {
+        "Whether the instrument sees its target is not checked here; the plan saw to it where it knew the instrument's place."
+            .into()
+    });
     all.push("Cables and hoses, of the gauge and of the arm, are not modelled.".into());
     all.push(
         "The arm is the nominal one. One that is not calibrated stands up to some millimetres beside it: a gap of less than 5 mm may \
          be none."
             .into(),
     );
-    all.push(format!(
+    let steps = format!(
         "On each ball the arm is led by the gauge: up to {} steps of up to {:.1} mm along the axes of the tool, which are not shown.",
         cell.centring.max_steps,
         cell.guards.max_step / MM
-    ));
+    );
+    all.extend(probes.then_some(steps));
     all.push(
         "The first motion depends on where the arm stands: it is found, checked and announced when the measurement begins."
             .into(),

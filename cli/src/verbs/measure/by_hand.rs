@@ -38,7 +38,7 @@ pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failu
         Ok(Ended::Finished) => journal.finish().map_err(|e| interrupted(e.to_string()))?,
     }
     let table = output.display();
-    print_answer(format!("{kept} postures in {table}"))?;
+    print_answer(format!("{kept} {} in {table}", if kept == 1 { "posture" } else { POSTURES }))?;
     print_answer(format!("Next: `calibench calibrate {table} --robot ROBOT -o FOLDER`."))?;
     Ok(Outcome::Done)
 }

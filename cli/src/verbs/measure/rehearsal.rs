@@ -17,11 +17,15 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan, page: Option<&Path>, sources: &
     let rehearsal = Rehearsal::of(cell, plan);
     let rows = rehearsal.motions.iter().map(|motion| row(cell, motion)).collect();
     print_answer(plain_table(["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], rows))?;
-    print_answer(format!(
-        "{}; at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %; nothing was connected to and nothing moved",
-        rehearsal.count(),
+    let steps = format!(
+        "; at each contact up to {} steps of up to {:.1} mm along the tool's axes",
         cell.centring.max_steps,
-        cell.guards.max_step / MM,
+        cell.guards.max_step / MM
+    );
+    let steps = if plan.poses.iter().any(|pose| pose.ball.is_some()) { steps.as_str() } else { "" };
+    print_answer(format!(
+        "{}{steps}; speed override {} %; nothing was connected to and nothing moved",
+        rehearsal.count(),
         cell.speed_percent
     ))?;
     print_answer(if rehearsal.is_clear() { rehearsal.clearance_sentence() } else { rehearsal.verdict() })?;
