@@ -158,7 +158,8 @@ impl<'a> ByHand<'a> {
             let Motion::Still(q) = motion else { continue };
             let q: Vec<f64> = q.iter().zip(&self.units).map(|(q, unit)| q * unit.si()).collect();
             let is_another = last.as_ref().is_none_or(|last| self.differs(last, &q));
-            if !is_wanted && !(still.is_automatic && is_another) {
+            let is_due = is_wanted || (still.is_automatic && is_another);
+            if !is_due {
                 continue;
             }
             let point = match self.point(attendant) {

@@ -31,7 +31,7 @@ fn plan(gone: &[usize]) -> Vec<PlannedPose> {
         let reverses = (k == 3).then(|| "p0".into());
         PlannedPose {
             id: format!("p{k}"),
-            ball: k % 2,
+            ball: Some(k % 2),
             payload: 0,
             contact,
             approach,

@@ -18,7 +18,7 @@ fn plan() -> Vec<PlannedPose> {
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
         PlannedPose {
             id: format!("p{k}"),
-            ball: 0,
+            ball: Some(0),
             payload: 0,
             contact,
             approach,

@@ -17,7 +17,7 @@ fn plan(gone: &[usize]) -> Vec<PlannedPose> {
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
         PlannedPose {
             id: format!("p{k}"),
-            ball: k % 4,
+            ball: Some(k % 4),
             payload: 0,
             contact,
             approach,

@@ -17,7 +17,7 @@ const APPROACH: [f64; 3] = [0.03, 0.03, 0.03];
 fn pose() -> PlannedPose {
     PlannedPose {
         id: "1".into(),
-        ball: 0,
+        ball: Some(0),
         payload: 0,
         contact: vec![0.0; 3],
         approach: APPROACH.to_vec(),

@@ -19,7 +19,7 @@ fn probe_with(cell: &ScriptedCell, settings: CentringSettings) -> Probing {
 fn probe_by(cell: &ScriptedCell, indicators: [impl Indicator; 3], settings: CentringSettings) -> Probing {
     let pose = PlannedPose {
         id: "1".into(),
-        ball: 0,
+        ball: Some(0),
         payload: 0,
         contact: vec![0.0; 3],
         approach: APPROACH.to_vec(),

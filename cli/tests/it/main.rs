@@ -35,6 +35,7 @@ mod next_measurements_are_planned;
 mod oracles;
 mod other_peoples_clients_drive_the_served_cell;
 mod outputs_are_never_inputs;
+mod points_are_measured_by_a_plan;
 mod program;
 mod programs_go_through_the_program;
 mod public_data_go_through_the_program;

@@ -60,7 +60,7 @@ impl Bench {
         let few = |poses: Vec<PlannedPose>| {
             let mut taken = [[0; 2]; 4];
             let mut wanted = |pose: &PlannedPose| {
-                let taken = &mut taken[pose.ball][usize::from(pose.reserve)];
+                let taken = &mut taken[pose.ball.unwrap()][usize::from(pose.reserve)];
                 *taken += 1;
                 *taken <= if pose.reserve { 1 } else { 2 }
             };
@@ -123,7 +123,15 @@ impl Bench {
         let addresses: serde_json::Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line}"));
         let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
         let indicators = [0, 1, 2].map(|k| text(&addresses["indicators"][k]));
-        Served { process, stdin, out, indicators, robot: text(&addresses["robot"]), make: self.make }
+        Served {
+            process,
+            stdin,
+            out,
+            indicators,
+            robot: text(&addresses["robot"]),
+            tracker: addresses["tracker"].as_str().map(str::to_owned),
+            make: self.make,
+        }
     }
 
     /// Writes `cell.toml` for the served cell, with additional keys for the robot and the indicators, and additional tables.
@@ -169,6 +177,7 @@ pub struct Served {
     out: BufReader<ChildStdout>,
     pub indicators: [String; 3],
     pub robot: String,
+    pub tracker: Option<String>,
     make: Make,
 }
 

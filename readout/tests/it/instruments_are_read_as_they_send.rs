@@ -128,7 +128,7 @@ fn a_lost_connection_is_made_again_and_silence_is_said() {
     }
     assert_eq!(mm(&again.unwrap()), [1.0, 2.0, 3.0]);
 
-    let silent = serve(|stream| std::mem::forget(stream));
+    let silent = serve(std::mem::forget);
     let mut instrument = open(&format!("address = \"{silent}\"\ntrigger = 'M'\ntimeout_s = 0.3"));
     let said = point(&mut instrument).unwrap_err().to_string();
     assert!(said.contains("nothing came within"), "{said}");

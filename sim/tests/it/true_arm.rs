@@ -26,7 +26,7 @@ pub fn holds_the_ball(scenario: &Scenario) {
     let mut flange_from_tool = None;
     let mut checked = 0;
     for record in &run.campaign.probings {
-        let ball = Point3::from(balls[run.plan.probing.poses[record.pose].ball].position);
+        let ball = Point3::from(balls[run.plan.probing.poses[record.pose].ball.unwrap()].position);
         for stop in &record.probing.iterations {
             let stood = run.true_arm.at(stop.time_s).unwrap();
             assert_eq!(stood.frames.len(), links.len() + 1);

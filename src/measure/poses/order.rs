@@ -16,7 +16,7 @@ const SHORTER: f64 = 1e-9;
 ///
 /// let pose = |id: &str, ball, q: f64| PlannedPose {
 ///     id: id.into(),
-///     ball,
+///     ball: Some(ball),
 ///     approach: vec![q; 6],
 /// #     payload: 0,
 /// #     contact: vec![q; 6],
@@ -152,7 +152,7 @@ mod tests {
     fn pose(ball: usize, q: f64) -> PlannedPose {
         PlannedPose {
             id: format!("{ball}@{q}"),
-            ball,
+            ball: Some(ball),
             payload: 0,
             contact: vec![q],
             approach: vec![q],
@@ -181,9 +181,9 @@ mod tests {
             let poses: Vec<_> = (0..6 * balls).map(|k| pose(k % balls, random.random())).collect();
             let order = interleave_short(&poses);
             for round in order.chunks(balls) {
-                let mut seen: Vec<usize> = round.iter().map(|&k| poses[k].ball).collect();
+                let mut seen: Vec<Option<usize>> = round.iter().map(|&k| poses[k].ball).collect();
                 seen.sort_unstable();
-                assert!(seen.into_iter().eq(0..balls), "{round:?}");
+                assert!(seen.into_iter().eq((0..balls).map(Some)), "{round:?}");
             }
             let mut all = order.clone();
             all.sort_unstable();

@@ -122,7 +122,7 @@ mod tests {
         let at = |q1: f64| vec![q1, -1.5, 1.5, 0.0, 0.5, 0.0];
         PlannedPose {
             id: id.into(),
-            ball: 0,
+            ball: Some(0),
             payload: 0,
             contact: at(approach + 0.08),
             approach: at(approach),
