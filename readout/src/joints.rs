@@ -23,6 +23,7 @@ use ur::UrExchange;
 
 /// Unit of a joint's readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum JointUnit {
     /// Degrees.

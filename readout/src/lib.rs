@@ -3,6 +3,10 @@
 //! [`read_station`] reads where joints and points come from. [`ByHand`] is the procedure of somebody who jogs: nothing is written to
 //! the controller, and nothing moves. [`PointCampaign`] drives a robot through the poses of a plan. [`Journal`] keeps every posture
 //! from the moment it is measured.
+//!
+//! # Features
+//!
+//! * `schema`: the JSON Schema of a station file. Off by default.
 
 mod by_hand;
 mod campaign;
@@ -26,6 +30,8 @@ pub use journal::{Journal, Row};
 pub use line_form::LineForm;
 pub use line_link::{Arrived, End, LineLink};
 pub use points::{Instrument, InstrumentSettings, MeasuredPoint};
+#[cfg(feature = "schema")]
+pub use station::station_schema;
 pub use station::{STATION_FORMAT, Station, StillSettings, read_station};
 pub use stillness::{Motion, Stillness};
 

@@ -30,7 +30,8 @@ fn formats() -> Vec<(&'static str, Schema)> {
     let [rest @ .., last] = calibench::file_formats::schemas();
     let scenario = ("scenario", calibench_sim::scenario::file_schema());
     let frames = ("frames", calibench_programs::frames_schema());
-    rest.into_iter().chain([last, frames, scenario]).collect()
+    let station = ("station", calibench_readout::station_schema());
+    rest.into_iter().chain([last, frames, station, scenario]).collect()
 }
 
 fn folder() -> PathBuf {
@@ -107,6 +108,7 @@ fn read(format: &str, path: &Path) -> Result<(), FileError> {
         "cell" => read_cell(path).map(drop),
         "scenario" => load_scenario(path).map(drop),
         "frames" => calibench_programs::read_frames(path).map(drop),
+        "station" => calibench_readout::read_station(path).map(drop),
         "run" => documents::Run::read(beside).map(drop),
         "plan" | "model" => {
             let cell = read_description(&beside.join("dataset.toml"))?;
@@ -131,6 +133,7 @@ fn example(format: &str) -> &str {
         "plan" => "plan.toml",
         "cell" => "cell.toml",
         "frames" => "frames.toml",
+        "station" => "station.toml",
         "scenario" => "scenario.toml",
         "run" => "run/result.json",
         other => panic!("{other}"),
@@ -193,6 +196,11 @@ fn every_example_is_accepted_by_its_reader_and_by_its_schema() {
 
 /// Faults of examples: format, a part of its text, and its replacement.
 const WRONG: &[[&str; 3]] = &[
+    ["station", "kind = \"abb\"", "kind = \"yaskawa\""],
+    ["station", "kind = \"abb\"\n", ""],
+    ["station", "trigger", "triger"],
+    ["station", "line = ", "average_s = '1'\nline = "],
+    ["station", "format = \"calibench-station/1\"", "format = \"calibench-station/9\""],
     ["robot", "d_mm = 400.0\n", ""],
     ["robot", "min_deg = -170.0", "min_rad = -3.0"],
     ["robot", "mass_kg = 8.0", "mass_kg = '8'"],
