@@ -10,6 +10,7 @@ mod web;
 pub use abb::{AbbSettings, joints_of_answer};
 pub use fanuc::{FanucSettings, joints_of_page};
 pub use text::TextSettings;
+pub use web::LogIn;
 
 use calibench::units::{DEG, MM};
 use serde::{Deserialize, Serialize};

@@ -24,7 +24,7 @@ pub use by_hand::{Attendant, ByHand, Ended, Typed};
 pub use campaign::{CampaignStop, CampaignWatcher, PointCampaign, dataset_of};
 pub use error::ReadoutError;
 pub use joints::{
-    AbbSettings, Controller, FanucSettings, JointReader, JointUnit, TextSettings, joints_of_answer, joints_of_page,
+    AbbSettings, Controller, FanucSettings, JointReader, JointUnit, LogIn, TextSettings, joints_of_answer, joints_of_page,
 };
 pub use journal::{Journal, Row};
 pub use line_form::LineForm;

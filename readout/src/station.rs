@@ -1,14 +1,19 @@
 //! `station.toml`: where the joints and the points of a measurement by hand come from.
 
+mod keys;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use calibench::cell::CellReading;
 use calibench::files::{FileError, parse_toml, read_text};
-use calibench::units::{DEG, MM, UM};
-use serde::Deserialize;
+use calibench::units::{DEG, MM};
 
-use crate::joints::{AbbSettings, Controller, FanucSettings, JointUnit, TextSettings};
+#[cfg(feature = "schema")]
+pub use self::keys::station_schema;
+use self::keys::{ControllerKind, ControllerToml, InstrumentToml, StationToml};
+
+use crate::joints::{AbbSettings, Controller, FanucSettings, JointUnit, LogIn, TextSettings};
 use crate::line_form::LineForm;
 use crate::line_link::End;
 use crate::points::{InstrumentSettings, POINT_FIELDS};
@@ -69,150 +74,6 @@ const SCATTER_MM: f64 = 0.1;
 const USUAL_JOINTS: usize = 6;
 /// Most joints of an arm.
 const MOST_JOINTS: usize = 12;
-
-/// Where joints and points of a measurement come from.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct StationToml {
-    /// Name and version of this format.
-    #[cfg_attr(feature = "schema", schemars(extend("const" = STATION_FORMAT)))]
-    format: String,
-    /// Where the joints come from. Not read where a plan drives the robot: its cell file names the controller.
-    controller: ControllerToml,
-    /// Where the points come from; without `address` and `listen` they are typed.
-    #[serde(default)]
-    instrument: InstrumentToml,
-    /// When the arm counts as still.
-    #[serde(default)]
-    still: StillToml,
-}
-
-/// The kinds of controllers.
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-enum ControllerKind {
-    /// The page of current positions of a FANUC controller.
-    Fanuc,
-    /// Robot Web Services of an ABB controller.
-    Abb,
-    /// A variable server on a KUKA controller.
-    Kuka,
-    /// Real-time data exchange of a Universal Robot.
-    Ur,
-    /// Lines of text.
-    Text,
-    /// Typed or pasted.
-    Typed,
-}
-
-/// A controller, read only.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct ControllerToml {
-    /// What it is.
-    kind: ControllerKind,
-    /// Where it answers: `HOST` or `HOST:PORT` of `fanuc` and `abb`, `HOST:PORT` of the others.
-    address: Option<String>,
-    /// `HOST:PORT` of this computer at which a controller of kind `text` connects, in place of `address`.
-    listen: Option<String>,
-    /// User of its web server; `Default User` of `abb`.
-    user: Option<String>,
-    /// Password of its web server; `robotics` of `abb`.
-    password: Option<String>,
-    /// Motion group of `fanuc`; 1 if not given.
-    group: Option<usize>,
-    /// Mechanical unit of `abb`, or a task that begins with `T_`; `ROB_1` if not given.
-    unit: Option<String>,
-    /// What to send to `text` for a line, with `\n`, `\r`, `\t` and `\0`; nothing if it sends by itself.
-    ask: Option<String>,
-    /// The line of `text`, with `{q1}`, `{q2}` and so on where the joints are and `{}` where something else is.
-    line: Option<String>,
-    /// Longest wait for a line of `text`, s; 2 if not given.
-    timeout_s: Option<f64>,
-    /// Number of joints that are typed; 6 if not given.
-    joints: Option<usize>,
-    /// Unit of each joint; deg, of a Universal Robot rad, where none is given.
-    units: Option<Vec<JointUnit>>,
-}
-
-/// An instrument.
-#[derive(Deserialize, Default)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
-struct InstrumentToml {
-    /// `HOST:PORT` at which it answers.
-    address: Option<String>,
-    /// `HOST:PORT` of this computer at which it connects, in place of `address`.
-    listen: Option<String>,
-    /// What to send for a point, with `\n`, `\r`, `\t` and `\0`; nothing if it is triggered otherwise, or streams.
-    trigger: Option<String>,
-    /// The line of a point, with `{x}`, `{y}`, `{z}`, perhaps `{name}`, and `{}` where something else is; `{x},{y},{z}` if not
-    /// given.
-    line: Option<String>,
-    /// Unit of its points, typed or sent; mm if not given.
-    unit: Option<LengthUnit>,
-    /// Points are averaged over this time, s; the first alone if it is 0, as it is if not given.
-    average_s: Option<f64>,
-    /// Largest distance of an averaged point from their mean, mm; 0.1 if not given.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    scatter_mm: Option<f64>,
-    /// Longest wait for a point, s; 30 if not given.
-    timeout_s: Option<f64>,
-}
-
-/// Units of lengths.
-#[derive(Deserialize, Clone, Copy, Default)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-enum LengthUnit {
-    /// Millimetres.
-    #[default]
-    Mm,
-    /// Metres.
-    M,
-    /// Micrometres.
-    Um,
-    /// Inches.
-    In,
-}
-
-impl LengthUnit {
-    fn si(self) -> f64 {
-        match self {
-            LengthUnit::Mm => MM,
-            LengthUnit::M => 1.0,
-            LengthUnit::Um => UM,
-            LengthUnit::In => 25.4 * MM,
-        }
-    }
-}
-
-/// When the arm counts as still.
-#[derive(Deserialize, Default)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
-struct StillToml {
-    /// No joint may move for this long, s; 1 if not given.
-    wait_s: Option<f64>,
-    /// Largest range of a turning joint meanwhile, deg; 0.02 if not given.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    within_deg: Option<f64>,
-    /// Largest range of a sliding joint meanwhile, mm; 0.02 if not given.
-    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
-    within_mm: Option<f64>,
-    /// True if every new posture is measured by itself, without Enter.
-    automatic: bool,
-}
-
-/// The JSON Schema of a station file; only with the feature `schema`.
-#[cfg(feature = "schema")]
-#[must_use]
-pub fn station_schema() -> schemars::Schema {
-    calibench::schema::of_file::<StationToml>("Station", &[])
-}
 
 /// Reads a station file.
 ///
@@ -294,13 +155,15 @@ impl Reading<'_> {
             self.address("controller.address", address)
         };
         let log_in = |usual: Option<[&str; 2]>| match (&user, &password) {
-            (None, None) => usual.map(|[user, password]| (user.to_owned(), password.to_owned())),
-            (user, password) => Some((user.clone().unwrap_or_default(), password.clone().unwrap_or_default())),
+            (None, None) => usual.map(|[user, password]| LogIn { user: user.into(), password: password.into() }),
+            (user, password) => {
+                Some(LogIn { user: user.clone().unwrap_or_default(), password: password.clone().unwrap_or_default() })
+            }
         };
         Ok(match kind {
             ControllerKind::Fanuc => {
                 let group = group.unwrap_or(1);
-                Controller::Fanuc(FanucSettings { address: of_web()?, group, user: log_in(None) })
+                Controller::Fanuc(FanucSettings { address: of_web()?, group, log_in: log_in(None) })
             }
             ControllerKind::Abb => {
                 let unit = unit.unwrap_or_else(|| AbbSettings::UNIT.into());
@@ -308,7 +171,7 @@ impl Reading<'_> {
                     let remedy = "give its name, as ROB_1";
                     return Err(self.wrong("controller.unit", format!("'{unit}' is not a mechanical unit"), remedy));
                 }
-                Controller::Abb(AbbSettings { address: of_web()?, unit, user: log_in(Some(AbbSettings::USER)) })
+                Controller::Abb(AbbSettings { address: of_web()?, unit, log_in: log_in(Some(AbbSettings::USER)) })
             }
             ControllerKind::Kuka => Controller::Kuka(of_socket("7000")?),
             ControllerKind::Ur => Controller::Ur(of_socket("30004")?),

@@ -2,6 +2,7 @@
 
 mod by_hand;
 pub(super) mod cell;
+pub(super) mod devices;
 mod points;
 pub(super) mod rehearsal;
 

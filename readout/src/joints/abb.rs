@@ -5,7 +5,7 @@
 //! Robot Web Services, 3HAC050973.
 
 use super::JointReader;
-use super::web::Web;
+use super::web::{LogIn, Web};
 use crate::ReadoutError;
 
 /// What both versions send; the second refuses what does not name it.
@@ -20,8 +20,8 @@ pub struct AbbSettings {
     pub address: String,
     /// Mechanical unit, usually `ROB_1`; a name that starts with `T_` is a task.
     pub unit: String,
-    /// User and password.
-    pub user: Option<(String, String)>,
+    /// Who logs in.
+    pub log_in: Option<LogIn>,
 }
 
 impl AbbSettings {
@@ -39,13 +39,13 @@ pub(super) struct AbbService {
 
 impl AbbService {
     pub fn new(settings: &AbbSettings) -> Self {
-        let AbbSettings { address, unit, user } = settings;
+        let AbbSettings { address, unit, log_in } = settings;
         let path = if unit.starts_with("T_") {
             format!("/rw/rapid/tasks/{unit}/motion?resource=jointtarget")
         } else {
             format!("/rw/motionsystem/mechunits/{unit}/jointtarget")
         };
-        AbbService { web: Web::new(&format!("ABB at {address}"), address, user.clone()), path }
+        AbbService { web: Web::new(&format!("ABB at {address}"), address, log_in.clone()), path }
     }
 }
 

@@ -4,7 +4,7 @@
 //! sliding axis) with two decimals. Joint 3 is as on the pendant: relative to the horizontal, not to joint 2.
 
 use super::JointReader;
-use super::web::Web;
+use super::web::{LogIn, Web};
 use crate::ReadoutError;
 
 /// Path of the page.
@@ -17,8 +17,8 @@ pub struct FanucSettings {
     pub address: String,
     /// Motion group, from 1.
     pub group: usize,
-    /// User and password, where it asks for them.
-    pub user: Option<(String, String)>,
+    /// Who logs in, where it asks for that.
+    pub log_in: Option<LogIn>,
 }
 
 /// The page of a controller.
@@ -29,8 +29,8 @@ pub(super) struct FanucPage {
 
 impl FanucPage {
     pub fn new(settings: &FanucSettings) -> Self {
-        let FanucSettings { address, group, user } = settings;
-        FanucPage { web: Web::new(&format!("FANUC at {address}"), address, user.clone()), group: *group }
+        let FanucSettings { address, group, log_in } = settings;
+        FanucPage { web: Web::new(&format!("FANUC at {address}"), address, log_in.clone()), group: *group }
     }
 }
 

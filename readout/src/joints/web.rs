@@ -13,13 +13,22 @@ const ANSWER: Duration = Duration::from_secs(5);
 /// Longest answer that is read, bytes: a page of positions has 5,000.
 const LONGEST: u64 = 1 << 20;
 
+/// Who logs in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogIn {
+    /// User.
+    pub user: String,
+    /// Password.
+    pub password: String,
+}
+
 /// A client of one web server, which keeps its connection, its session and its log-in.
 pub(super) struct Web {
     whom: String,
     host: String,
-    user: Option<(String, String)>,
+    log_in: Option<LogIn>,
     agent: Agent,
-    log_in: Option<PasswordClient>,
+    answers_by: Option<PasswordClient>,
     cookies: Vec<String>,
 }
 
@@ -33,11 +42,11 @@ pub(super) struct Answer {
 
 impl Web {
     /// A client for the server at `HOST` or `HOST:PORT`, with user and password where it asks for them.
-    pub fn new(whom: &str, host: &str, user: Option<(String, String)>) -> Self {
+    pub fn new(whom: &str, host: &str, log_in: Option<LogIn>) -> Self {
         // A proxy of the office does not know the robot's network.
         let config = Agent::config_builder().timeout_global(Some(ANSWER)).http_status_as_error(false).proxy(None);
         let agent = config.build().new_agent();
-        Web { whom: whom.into(), host: host.into(), user, agent, log_in: None, cookies: Vec::new() }
+        Web { whom: whom.into(), host: host.into(), log_in, agent, answers_by: None, cookies: Vec::new() }
     }
 
     /// Whom it asks, for messages.
@@ -52,12 +61,12 @@ impl Web {
     pub fn get(&mut self, path: &str, accept: &str) -> Result<Answer, ReadoutError> {
         let mut response = self.ask(path, accept)?;
         if response.status() == StatusCode::UNAUTHORIZED {
-            self.log_in = self.user.as_ref().and_then(|_| {
+            self.answers_by = self.log_in.as_ref().and_then(|_| {
                 let asked = response.headers().get_all(header::WWW_AUTHENTICATE).iter();
                 let said = asked.filter_map(|value| value.to_str().ok());
                 said.fold(PasswordClient::builder(), |builder, value| builder.challenges(value)).build().ok()
             });
-            if self.log_in.is_some() {
+            if self.answers_by.is_some() {
                 response = self.ask(path, accept)?;
             }
         }
@@ -77,10 +86,10 @@ impl Web {
             ReadoutError::new(&self.whom, format!("'{}' is not an address", self.host), "give it as HOST or HOST:PORT")
         })?;
         let mut request = self.agent.get(&uri).header(header::ACCEPT, accept);
-        if let (Some(log_in), Some((username, password))) = (&mut self.log_in, &self.user) {
+        if let (Some(client), Some(LogIn { user, password })) = (&mut self.answers_by, &self.log_in) {
             let path = uri.path_and_query().map_or(path, |at| at.as_str());
-            let parameters = PasswordParams { username, password, uri: path, method: "GET", body: Some(&[]) };
-            if let Ok(credentials) = log_in.respond(&parameters) {
+            let parameters = PasswordParams { username: user, password, uri: path, method: "GET", body: Some(&[]) };
+            if let Ok(credentials) = client.respond(&parameters) {
                 request = request.header(header::AUTHORIZATION, credentials);
             }
         }

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 
-use calibench_readout::{AbbSettings, Controller, FanucSettings};
+use calibench_readout::{AbbSettings, Controller, FanucSettings, LogIn};
 use md5::{Digest, Md5};
 
 /// What a server was asked: the first line, and the headers by their names in lower case.
@@ -59,7 +59,7 @@ fn page(status: &str, headers: &str, body: &str) -> String {
 fn a_fanuc_by_the_page_of_its_positions() {
     let body = "<HTML><PRE>\nGroup #:  1\nCURRENT JOINT POSITION:\nJoint   1:     10.25\nJoint   2:      -.50\nJoint   3:    -10.99\nJoint   4:     56.19\nJoint   5:    -81.55\nJoint   6:    -94.01\n\nGroup #:  2\nJoint   1:     12.34\n</PRE>";
     let (address, asked) = serve(move |_| page("200 OK", "", body));
-    let settings = |group| Controller::Fanuc(FanucSettings { address: address.clone(), group, user: None });
+    let settings = |group| Controller::Fanuc(FanucSettings { address: address.clone(), group, log_in: None });
     let mut reader = settings(1).open().unwrap().unwrap();
     for _ in 0..3 {
         assert_eq!(reader.joints().unwrap(), [10.25, -0.5, -10.99, 56.19, -81.55, -94.01]);
@@ -110,9 +110,9 @@ fn an_abb_by_its_web_services_with_a_log_in_and_one_session() {
             &format!("<ul><li class=\"ms-jointtarget\">{spans}<span class=\"eax_a\">9E+09</span></li></ul>"),
         )
     });
-    let user = |password: &str| Some((AbbSettings::USER[0].to_owned(), password.to_owned()));
+    let who = |password: &str| Some(LogIn { user: AbbSettings::USER[0].to_owned(), password: password.to_owned() });
     let settings = |unit: &str, password| {
-        Controller::Abb(AbbSettings { address: address.clone(), unit: unit.into(), user: user(password) })
+        Controller::Abb(AbbSettings { address: address.clone(), unit: unit.into(), log_in: who(password) })
     };
     let mut reader = settings("ROB_1", "robotics").open().unwrap().unwrap();
     for _ in 0..4 {
@@ -136,8 +136,8 @@ fn a_server_that_answers_nonsense_is_one_clear_error() {
     for answer in ["HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "hello\r\n\r\n"] {
         let (address, _) = serve(move |_| answer.to_owned());
         for controller in [
-            Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, user: None }),
-            Controller::Abb(AbbSettings { address: address.clone(), unit: "ROB_1".into(), user: None }),
+            Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, log_in: None }),
+            Controller::Abb(AbbSettings { address: address.clone(), unit: "ROB_1".into(), log_in: None }),
         ] {
             let error = controller.open().unwrap().unwrap().joints().unwrap_err();
             assert!(error.whom.contains(&address) && !error.remedy.is_empty(), "{error}");
@@ -148,7 +148,7 @@ fn a_server_that_answers_nonsense_is_one_clear_error() {
     for controller in [
         Controller::Kuka(address.clone()),
         Controller::Ur(address.clone()),
-        Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, user: None }),
+        Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, log_in: None }),
     ] {
         let read = controller.open().and_then(|reader| reader.unwrap().joints());
         let said = read.unwrap_err().to_string();

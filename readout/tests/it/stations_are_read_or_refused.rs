@@ -15,7 +15,7 @@ fn read(text: &str) -> Result<Station, String> {
 fn what_is_not_said_has_a_usual_value() {
     let station = read("controller.kind = \"abb\"\ncontroller.address = \"192.168.125.1\"").unwrap();
     let Controller::Abb(abb) = &station.controller else { panic!("{station:?}") };
-    assert_eq!((abb.unit.as_str(), abb.user.clone().unwrap().0.as_str()), (AbbSettings::UNIT, AbbSettings::USER[0]));
+    assert_eq!((abb.unit.as_str(), abb.log_in.as_ref().unwrap().user.as_str()), (AbbSettings::UNIT, AbbSettings::USER[0]));
     assert_eq!((station.instrument.clone(), station.unit(0), station.still.is_automatic), (None, JointUnit::Deg, false));
     let station = read(
         "controller.kind = \"ur\"\ncontroller.address = \"10.0.0.2:30004\"\n[instrument]\nlisten = \"0.0.0.0:5000\"\ntrigger = 'M\\r\\n'\naverage_s = 2\n[still]\nautomatic = true",

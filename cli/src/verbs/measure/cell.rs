@@ -1,16 +1,13 @@
 //! `measure --cell CELL --plan PLAN -o DATASET`: probes the balls of a real cell.
 
-use std::fs::OpenOptions;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use calibench::cell::gauge::CellGauge;
 use calibench::cell::gauge::Traffic;
-use calibench::cell::guards::{Guarded, Motion, MotionRecord};
+use calibench::cell::guards::Guarded;
 use calibench::cell::replay::OffsetClock;
 use calibench::cell::{Driver, Manipulator};
-use calibench::files::{FileError, cannot_be_written};
 use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::mastering::CalledOff;
@@ -22,18 +19,17 @@ use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
-use calibench::units::{DEG, MM};
 use calibench_rehearsal::Sources;
 
-use super::points;
+use super::devices::{motion_log, open_gauges, prepare};
+use super::points::{self, PointsAsked};
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
-use crate::terminal::failure::{Failure, Hardware, Interrupted, Outcome, PROBINGS, hardware, not_started};
+use crate::terminal::failure::{Failure, Interrupted, Outcome, PROBINGS, hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::{note, print_answer, tell, warn};
 use crate::terminal::progress::CampaignBar;
 use crate::terminal::streams::{input, output};
-use crate::verbs::cell::check::disagreement_verdict;
 
 #[derive(clap::Args)]
 pub struct CellArguments {
@@ -77,7 +73,8 @@ pub fn run(
     preflight(&cell, &planned).map_err(|e| format!("{}: {e}", plan.display()))?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
     if planned.poses.iter().any(|pose| pose.ball.is_none()) {
-        return points::run(&cell, &planned, arguments, output, resume);
+        let station = arguments.instrument.as_deref();
+        return points::run(&cell, &planned, &PointsAsked { station, yes: arguments.operated.yes, output, resume });
     }
     if arguments.instrument.is_some() {
         return Err(format!("{}: is a plan of probings; `plan CELL --points N` makes one of points", plan.display()).into());
@@ -195,35 +192,6 @@ fn summary(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
     format!("{} of {wanted} planned probings measured{each}; {traffic}", record.samples.len())
 }
 
-/// Opens and identifies the indicators.
-pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
-    let gauges = cell.open_indicators().map_err(|e| hardware(&e))?;
-    let mut gauges = gauges.ok_or_else(|| {
-        let remedy = "add three [[indicator]], or give --instrument and a plan of points";
-        FileError::whole(&cell.file, "has no indicators", remedy)
-    })?;
-    for (axis, gauge) in gauges.iter_mut().enumerate() {
-        let named = |why: String| Hardware(format!("indicator {}: {why}", axis + 1));
-        let identity = gauge.identify().map_err(|e| named(e.to_string()))?;
-        // A low battery would not last a campaign, which takes about an hour.
-        if identity.battery_low == Some(true) {
-            return Err(named("its battery is low".into()).into());
-        }
-    }
-    Ok(gauges)
-}
-
-/// Checks that controller and model describe the same arm, and sets speed and tool. Nothing moves.
-pub fn prepare(cell: &Cell, robot: &mut dyn Driver) -> Result<(), Failure> {
-    let joints = robot.joints().map_err(|e| hardware(&e))?;
-    let (distance, angle) = cell.disagreement(robot, &joints).map_err(|e| hardware(&e))?;
-    if let Some(why) = disagreement_verdict(distance, angle) {
-        let by = format!("by {:.1} mm and {:.2} deg", distance / MM, angle / DEG);
-        return Err(Hardware(format!("the controller's arm is not the model's, {by}: {why}")).into());
-    }
-    robot.prepare(cell.speed_percent, &cell.flange_from_tool()).map_err(|e| hardware(&e).into())
-}
-
 /// The campaign's state before the first motion.
 struct ReadyCampaign<'a> {
     cell: &'a Cell,
@@ -292,25 +260,4 @@ fn traffic_of(robot: &dyn Driver, gauges: &[CellGauge; 3]) -> String {
         "bytes sent and received: robot {} and {}, indicators {} and {}",
         robot.sent, robot.received, gauges.sent, gauges.received
     )
-}
-
-/// Appends every motion to `DATASET.motions.csv` beside the dataset.
-pub fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failure> {
-    let mut path = output.as_os_str().to_owned();
-    path.push(".motions.csv");
-    let path = PathBuf::from(path);
-    let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, e))?;
-    if file.metadata().map_err(|e| cannot_be_written(&path, e))?.len() == 0 {
-        writeln!(file, "time_s,duration_s,motion,target,error").map_err(|e| cannot_be_written(&path, e))?;
-    }
-    Ok(move |record: &MotionRecord| {
-        let (motion, target) = match &record.motion {
-            Motion::Joints(q) => ("joints_deg", q.iter().map(|q| format!("{:.5}", q / DEG)).collect::<Vec<_>>()),
-            Motion::Tool(offset) => ("tool_mm", offset.iter().map(|v| format!("{:.5}", v / MM)).collect()),
-        };
-        let error = record.error.as_ref().map(|e| e.to_string().replace('"', "'")).unwrap_or_default();
-        let target = target.join(" ");
-        // The journal holds the essential data; failing to log a motion stops nothing.
-        drop(writeln!(file, "{:.3},{:.3},{motion},{target},\"{error}\"", record.time_s, record.duration_s));
-    })
 }

@@ -15,7 +15,7 @@ use calibench_readout::{
     CampaignStop, CampaignWatcher, Instrument, JointUnit, Journal, PointCampaign, Row, dataset_of, read_station,
 };
 
-use super::cell::{CellArguments, motion_log, prepare};
+use super::devices::{motion_log, prepare};
 use crate::terminal::failure::{Failure, Interrupted, Outcome, hardware, not_started};
 use crate::terminal::operator::Operator;
 use crate::terminal::output::{print_answer, tell};
@@ -24,14 +24,21 @@ use crate::terminal::progress::Waiting;
 /// What is measured.
 const POINTS: &str = "points";
 
-pub fn run(
-    cell: &Cell,
-    plan: &ProbingPlan,
-    arguments: &CellArguments,
-    output: &Path,
-    resume: bool,
-) -> Result<Outcome, Failure> {
-    let Some(station) = &arguments.instrument else {
+/// A campaign of points that is asked for.
+pub struct PointsAsked<'a> {
+    /// The station file of the instrument.
+    pub station: Option<&'a Path>,
+    /// True if nothing is asked.
+    pub yes: bool,
+    /// The dataset.
+    pub output: &'a Path,
+    /// True if an interrupted campaign goes on.
+    pub resume: bool,
+}
+
+pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<Outcome, Failure> {
+    let PointsAsked { output, resume, .. } = *asked;
+    let Some(station) = asked.station else {
         return Err("the plan is of points; give --instrument STATION, with the instrument that measures them".into());
     };
     let settings = read_station(station)?.instrument;
@@ -43,7 +50,7 @@ pub fn run(
         return Err("the plan mixes points with probings or payloads; make one plan of each".into());
     }
     check_output_folder(output, "dataset", DATASET_TOML)?;
-    let operator = Operator::new(arguments.operated.yes)?;
+    let operator = Operator::new(asked.yes)?;
     let under = Conditions::of(&plan.poses, &cell.dataset)
         .and("instrument", format!("{settings:?}"))
         .and_settings("guards", &guard_conditions(cell));

@@ -16,7 +16,7 @@ use crate::terminal::failure::{hardware, not_started};
 use crate::terminal::operator::{OperatedArguments, Operator};
 use crate::terminal::output::tell;
 use crate::terminal::streams::input;
-use crate::verbs::measure::cell::{open_gauges, prepare};
+use crate::verbs::measure::devices::{open_gauges, prepare};
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
 #[derive(clap::Args)]
