@@ -19,7 +19,7 @@ extensions = ["myst_parser"]
 source_suffix = {".md": "markdown"}
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CODE_OF_CONDUCT.md", "docs/*.md", "docs/**/*.md", "benches/README.md", "tests/data/README.md"]
 # The pages of the packages.
-include_patterns += [f"{package}/README.md" for package in ("wire", "programs", "logs", "discover", "recovery", "report", "rehearsal", "readout", "workbench", "cli", "sim", "sim/lab", "sim/mujoco", "sim/serve", "sim/view")]
+include_patterns += [f"{package}/README.md" for package in ("wire", "programs", "logs", "discover", "recovery", "report", "loopback", "rehearsal", "readout", "workbench", "cli", "sim", "sim/lab", "sim/mujoco", "sim/serve", "sim/view")]
 # A folder that is not walked costs nothing; target holds a hundred thousand files.
 exclude_patterns = [".*", "target", "runs", "**/node_modules"]
 

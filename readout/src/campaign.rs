@@ -47,7 +47,7 @@ pub trait CampaignWatcher {
     /// The arm goes to a pose.
     fn goes_to(&mut self, pose: &PlannedPose);
     /// A point was measured.
-    fn measured(&mut self, row: &Row);
+    fn measured(&mut self, pose: &PlannedPose, row: &Row);
     /// A pose was left without a point.
     fn missed(&mut self, pose: &PlannedPose, why: &str);
 }
@@ -86,7 +86,7 @@ impl PointCampaign<'_> {
                     journal.add(row)?;
                     in_succession = 0;
                     if let Some(row) = journal.rows().last() {
-                        watcher.measured(row);
+                        watcher.measured(pose, row);
                     }
                 }
                 Err(why) => {

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use syn::Attribute;
 
 /// The folders of the packages; `src` alone of the one at the root, whose folder is everybody's.
-const PACKAGES: [&str; 13] = [
+const PACKAGES: [&str; 14] = [
     "src",
     "wire",
     "programs",
@@ -27,6 +27,7 @@ const PACKAGES: [&str; 13] = [
     "discover",
     "recovery",
     "report",
+    "loopback",
     "rehearsal",
     "readout",
     "workbench",

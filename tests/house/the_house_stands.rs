@@ -9,7 +9,7 @@ use syn::{Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 use crate::{is_test, sources};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 17] = [
+const PACKAGES: [(&str, &[&str]); 18] = [
     ("src", &["calibench_wire"]),
     ("wire/src", &[]),
     ("programs/src", &["calibench"]),
@@ -17,7 +17,8 @@ const PACKAGES: [(&str, &[&str]); 17] = [
     ("discover/src", &["calibench"]),
     ("recovery/src", &["calibench"]),
     ("report/src", &["calibench", "calibench_discover", "calibench_recovery"]),
-    ("rehearsal/src", &["calibench", "calibench_report"]),
+    ("loopback/src", &[]),
+    ("rehearsal/src", &["calibench", "calibench_report", "calibench_loopback"]),
     ("readout/src", &["calibench", "calibench_wire"]),
     ("workbench/src", &["calibench", "calibench_report"]),
     ("sim/src", &["calibench"]),
@@ -36,6 +37,7 @@ const PACKAGES: [(&str, &[&str]); 17] = [
             "calibench_discover",
             "calibench_recovery",
             "calibench_report",
+            "calibench_loopback",
             "calibench_rehearsal",
             "calibench_readout",
             "calibench_workbench",

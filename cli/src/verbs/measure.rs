@@ -266,7 +266,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         other => return Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
     };
     journal.live_through_again();
-    let mut observer = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
+    let mut observer = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose, watch: None };
     let visit = Visit { streams: Streams { seed, trial: 0 }, number: visit };
     let measured = measure(&scenario, &visit, &planned, &points, &mut journal, &mut observer);
     drop(observer);

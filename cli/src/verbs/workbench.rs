@@ -9,7 +9,7 @@ use calibench_workbench::{Bench, Place, page_in_browser};
 use super::report::{locate_in_case, open, run_folder};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print_answer, warn};
-use crate::workbench::{HEADER_PATIENCE, Server};
+use crate::workbench::Listening;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let place = Place::new(save_to.clone().unwrap_or_else(default), model.clone());
     let bench = Bench::new(case, place).map_err(|(case, e)| locate_in_case(&case, folders, model.as_deref(), &e))?;
-    let server = Server::new(bench, *port, HEADER_PATIENCE)
+    let server = Listening::new(bench, *port)
         .map_err(|e| format!("port {port} of the loopback address: {e}; name another with --port"))?;
     server.run(|url| {
         let mut out = std::io::stdout().lock();

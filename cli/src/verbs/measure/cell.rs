@@ -19,9 +19,9 @@ use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
-use calibench_rehearsal::Sources;
+use calibench_rehearsal::{Sources, Watch};
 
-use super::devices::{motion_log, open_gauges, prepare};
+use super::devices::{motion_log, open_gauges, prepare, watched};
 use super::points::{self, PointsAsked};
 use super::rehearsal::rehearse;
 use crate::arguments::choosing::{Choice, Chosen, finished};
@@ -45,6 +45,10 @@ pub struct CellArguments {
     /// Station file with the instrument that measures the points of the plan, in place of a gauge on balls
     #[arg(long, value_name = "STATION", requires = "cell", value_parser = input())]
     pub instrument: Option<PathBuf>,
+    /// Serve a page on the loopback address on which the measurement is watched and can be stopped; its address is printed.
+    /// PORT 0, the default, takes a free one
+    #[arg(long, value_name = "PORT", requires = "cell", num_args = 0..=1, default_missing_value = "0")]
+    watch: Option<u16>,
     #[command(flatten)]
     pub operated: OperatedArguments,
     /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
@@ -74,7 +78,11 @@ pub fn run(
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
     if planned.poses.iter().any(|pose| pose.ball.is_none()) {
         let station = arguments.instrument.as_deref();
-        return points::run(&cell, &planned, &PointsAsked { station, yes: arguments.operated.yes, output, resume });
+        return points::run(
+            &cell,
+            &planned,
+            &PointsAsked { station, yes: arguments.operated.yes, output, resume, watch: arguments.watch },
+        );
     }
     if arguments.instrument.is_some() {
         return Err(format!("{}: is a plan of probings; `plan CELL --points N` makes one of points", plan.display()).into());
@@ -106,6 +114,8 @@ pub fn run(
         tell(words);
     }
     let left = planned.wanted().saturating_sub(journal.done_before());
+    let watch = Watch::new(&cell.dataset, PROBINGS, planned.wanted(), Some(cell.centring.tolerance), operator.stop());
+    let watch = arguments.watch.map(|port| watched(watch, port)).transpose()?;
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
     operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;
     let log = motion_log(output)?;
@@ -116,7 +126,7 @@ pub fn run(
     let (session, stands) = start_session(&cell, &planned, first, &before, &mut operator, devices).map_err(not_started)?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
-    let mut bar = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose };
+    let mut bar = Chosen { bar: CampaignBar::new(planned.wanted()), choose: choice.choose, watch };
     let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
     let record = campaign.run(guarded, stands, &mut gauges, &mut journal, &mut bar);
     drop(bar);

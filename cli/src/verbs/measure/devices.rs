@@ -12,7 +12,10 @@ use calibench::measure::campaign::cell::Cell;
 use calibench::units::{DEG, MM};
 
 use crate::terminal::failure::{Failure, Hardware, hardware};
+use crate::terminal::output::tell;
 use crate::verbs::cell::check::disagreement_verdict;
+use calibench_loopback::{HEADER_PATIENCE, Server};
+use calibench_rehearsal::Watch;
 
 /// Opens and identifies the indicators.
 pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
@@ -62,4 +65,12 @@ pub fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Fa
         // The journal holds the essential data; failing to log a motion stops nothing.
         drop(writeln!(file, "{:.3},{:.3},{motion},{target},\"{error}\"", record.time_s, record.duration_s));
     })
+}
+
+/// Serves the page of a measurement, and tells its address.
+pub fn watched(watch: Watch, port: u16) -> Result<Watch, Failure> {
+    let server = Server::new(watch.clone(), port, HEADER_PATIENCE)
+        .map_err(|e| format!("port {port} of the loopback address: {e}; name another with --watch"))?;
+    tell(format!("Watch it at {}", server.answer_beside()?));
+    Ok(watch)
 }

@@ -8,14 +8,16 @@ use calibench::files::disk::check_output_folder;
 use calibench::measure::campaign::cell::Cell;
 use calibench::measure::campaign::{Conditions, parts_by_payload};
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
+use calibench::measure::dataset::{Measured, Sample};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::measure::session::{FirstMotion, guard_conditions};
 use calibench::units::MM;
 use calibench_readout::{
     CampaignStop, CampaignWatcher, Instrument, JointUnit, Journal, PointCampaign, Row, dataset_of, read_station,
 };
+use calibench_rehearsal::Watch;
 
-use super::devices::{motion_log, prepare};
+use super::devices::{motion_log, prepare, watched};
 use crate::terminal::failure::{Failure, Interrupted, Outcome, hardware, not_started};
 use crate::terminal::operator::Operator;
 use crate::terminal::output::{print_answer, tell};
@@ -34,6 +36,8 @@ pub struct PointsAsked<'a> {
     pub output: &'a Path,
     /// True if an interrupted campaign goes on.
     pub resume: bool,
+    /// Port of the page on which it is watched, if it is.
+    pub watch: Option<u16>,
 }
 
 pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<Outcome, Failure> {
@@ -65,6 +69,8 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
     }
     let mut journal = Journal::open(output, &units, Some(&under), resume)?;
     let waiting = plan.wanted().saturating_sub(journal.rows().len());
+    let watch = Watch::new(&cell.dataset, POINTS, plan.wanted(), None, operator.stop());
+    let watch = asked.watch.map(|port| watched(watch, port)).transpose()?;
     let question = format!("The robot will move: {waiting} points at {} %. Is the cell clear?", cell.speed_percent);
     if operator.ask(&question).is_err() {
         journal.discard_empty()?;
@@ -74,7 +80,7 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
     let mut robot = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(log));
     let stands = first.make(&mut robot).map_err(not_started)?;
     let mut campaign = PointCampaign { plan, stop: operator.stop(), stands };
-    let mut shown = Shown { waiting: Waiting::new(""), done: journal.rows().len(), wanted: plan.wanted() };
+    let mut shown = Shown { waiting: Waiting::new(""), done: journal.rows().len(), wanted: plan.wanted(), watch };
     let ended = campaign.run(&mut robot, &mut instrument, &mut journal, &mut shown);
     drop(shown);
     let (kept, path) = (journal.rows().len(), journal.path().to_owned());
@@ -98,20 +104,25 @@ struct Shown {
     waiting: Waiting,
     done: usize,
     wanted: usize,
+    watch: Option<Watch>,
 }
 
 impl CampaignWatcher for Shown {
     fn goes_to(&mut self, pose: &PlannedPose) {
+        self.watch.iter().for_each(|watch| watch.goes_to(pose, 1, None));
         self.waiting.now(format!("{} of {}: {}", self.done + 1, self.wanted, pose.id));
     }
 
-    fn measured(&mut self, row: &Row) {
+    fn measured(&mut self, pose: &PlannedPose, row: &Row) {
         self.done += 1;
+        let sample = Sample::new(&*pose.id, row.q.clone(), Measured::Point(row.point_m.into()));
+        self.watch.iter().for_each(|watch| watch.measured(pose, Some(&sample), None));
         let [x, y, z] = row.point_m.map(|x| x / MM);
         self.waiting.now(format!("{} of {}: point {x:.3}, {y:.3}, {z:.3} mm", self.done, self.wanted));
     }
 
     fn missed(&mut self, pose: &PlannedPose, why: &str) {
+        self.watch.iter().for_each(|watch| watch.measured(pose, None, Some(why.to_owned())));
         self.waiting.warn(&format!("warning: no point in pose '{}': {why}", pose.id));
     }
 }

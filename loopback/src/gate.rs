@@ -1,4 +1,4 @@
-//! Access control of the workbench: only the page it served itself, on this machine, with the token.
+//! Access control of a page: only the page it served itself, on this machine, with the token.
 
 use axum::http::header::{CONTENT_TYPE, HOST, HeaderMap, HeaderName, ORIGIN};
 use axum::http::{Method, StatusCode, Uri};
