@@ -7,7 +7,7 @@ use calibench::cell::StopRequest;
 use calibench::measure::campaign::{CampaignObserver, Progress};
 use calibench::measure::centring::{Iteration, Phase, Probing};
 use calibench::measure::dataset::{Dataset, Measured, Sample};
-use calibench::measure::poses::PlannedPose;
+use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::rigid_fit;
 use calibench::units::MM;
@@ -29,6 +29,8 @@ pub struct Watch {
     seen: Arc<Mutex<Seen>>,
     stop: StopRequest,
     cell: Arc<Dataset>,
+    /// The poses in the order of the plan, without reserves.
+    order: Arc<Vec<String>>,
     samples: Arc<Mutex<Vec<Sample>>>,
 }
 
@@ -38,8 +40,10 @@ struct Seen {
     /// What is measured: `probings` or `points`.
     what: &'static str,
     wanted: usize,
-    /// Where the arm is or goes: pose and ball.
+    /// Where the arm is or goes.
     now: Option<Now>,
+    /// The pose after it, in the order of the plan.
+    next: Option<String>,
     /// Seconds to go, at the pace so far.
     remaining_s: Option<f64>,
     /// Largest reading of each stop of the centring under way or just ended, mm.
@@ -71,12 +75,13 @@ struct Outcome {
 }
 
 impl Watch {
-    /// A measurement of this many `what` (`probings` or `points`) in the cell, which this request stops. Balls are centred within
+    /// A measurement of `what` (`probings` or `points`) of a plan in the cell, which this request stops. Balls are centred within
     /// `tolerance`, m.
-    pub fn new(cell: &Dataset, what: &'static str, wanted: usize, tolerance: Option<f64>, stop: StopRequest) -> Self {
-        let seen = Seen { what, wanted, tolerance_mm: tolerance.map(|t| t / MM), ..Seen::default() };
+    pub fn new(cell: &Dataset, plan: &ProbingPlan, what: &'static str, tolerance: Option<f64>, stop: StopRequest) -> Self {
+        let seen = Seen { what, wanted: plan.wanted(), tolerance_mm: tolerance.map(|t| t / MM), ..Seen::default() };
+        let order = plan.poses.iter().filter(|pose| !pose.reserve).map(|pose| pose.id.clone()).collect();
         let cell = Arc::new(Dataset { samples: Vec::new(), ..cell.clone() });
-        Watch { seen: Arc::new(Mutex::new(seen)), stop, cell, samples: Arc::default() }
+        Watch { seen: Arc::new(Mutex::new(seen)), stop, cell, order: Arc::new(order), samples: Arc::default() }
     }
 
     /// The arm goes to a pose.
@@ -84,6 +89,8 @@ impl Watch {
         let mut seen = self.seen();
         seen.now = Some(Now { pose: pose.id.clone(), ball: self.ball(pose), attempt });
         seen.remaining_s = remaining_s.or(seen.remaining_s);
+        let is_done = |id: &String| *id == pose.id || seen.results.iter().any(|outcome| outcome.pose == *id);
+        seen.next = self.order.iter().find(|id| !is_done(id)).cloned();
         seen.centring_mm.clear();
     }
 
@@ -103,7 +110,7 @@ impl Watch {
     /// It has ended.
     pub fn ended(&self, how: &str) {
         let mut seen = self.seen();
-        (seen.now, seen.remaining_s, seen.ended) = (None, None, Some(how.to_owned()));
+        (seen.now, seen.next, seen.remaining_s, seen.ended) = (None, None, None, Some(how.to_owned()));
     }
 
     fn seen(&self) -> MutexGuard<'_, Seen> {

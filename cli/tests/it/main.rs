@@ -12,6 +12,7 @@ mod a_killed_campaign_becomes_the_same_dataset;
 mod a_killed_campaign_goes_on;
 mod a_law_goes_through_the_program;
 mod a_log_becomes_a_verdict;
+mod a_measurement_is_watched;
 mod a_plan_is_made_for_a_real_cell;
 mod a_robot_of_a_urdf_is_calibrated;
 mod a_step_is_judged_before_it_is_taken;

@@ -23,7 +23,7 @@ const gap = (mm) => (mm > 0 ? `${fixed(mm, 1)} mm` : "none");
 
 /** @param {Motion} motion */
 const called = ({ pose, ball, phase, spare }) =>
-  (pose ? `${pose}, ball ${ball}: ${phase}` : phase) + (spare ? " (if needed)" : "");
+  (pose ? `${pose}${ball ? `, ball ${ball}` : ""}: ${phase}` : phase) + (spare ? " (if needed)" : "");
 
 // The last picture of what will be done; after it comes what may be needed.
 const done = Math.max(0, ...motions.filter(({ spare }) => !spare).map(({ end }) => end));

@@ -5,7 +5,7 @@
  * @typedef {{ pose: string, ball: string | null, attempt: number }} Now
  * @typedef {{ pose: string, ball: string | null, failure: string | null, off_mm: number | null }} Outcome
  * @typedef {{
- *   what: string, wanted: number, now: Now | null, remaining_s: number | null, centring_mm: number[],
+ *   what: string, wanted: number, now: Now | null, next: string | null, remaining_s: number | null, centring_mm: number[],
  *   tolerance_mm: number | null, results: Outcome[], is_stopping: boolean, ended: string | null
  * }} State
  */
@@ -82,7 +82,8 @@ function drawCentring(state) {
     shape("line", { class: "line", x1: LEFT, x2: RIGHT, y1: BOTTOM, y2: BOTTOM }),
     shape("line", { class: "limit", x1: LEFT, x2: RIGHT, y1: y(tolerance), y2: y(tolerance) }),
     shape("text", { x: 2, y: y(tolerance) + 4 }, words(tolerance)),
-    shape("text", { x: LEFT, y: 212 }, "stops of this centring; largest of the three readings"),
+    shape("text", { x: LEFT, y: 212 }, "stops of this centring; largest of the three readings, logarithmic"),
+    ...points.slice(0, 1).map(([x, at]) => shape("text", { x: x + 9, y: at + 5 }, words(readings[0]))),
     shape("polyline", { class: "path", points: points.map((p) => p.join(",")).join(" ") }),
     ...points.map(([x, at]) => shape("circle", { class: "mark", cx: x, cy: at, r: 4 })),
   );
@@ -134,13 +135,14 @@ function tell(state) {
   const minutes = state.remaining_s === null ? "" : ` About ${Math.ceil(state.remaining_s / 60)} min to go.`;
   const { now } = state;
   const place = now ? `${now.pose}${now.ball ? `, ball ${now.ball}` : ""}` : "";
+  const then = state.next ? ` Next: ${state.next}.` : "";
   const again = now && now.attempt > 1 ? `, attempt ${now.attempt}` : "";
   return state.ended
     ? `${counted}. ${state.ended}`
     : state.is_stopping
       ? `${counted}. A stop was requested.`
       : now
-        ? `${counted}. Now: ${place}${again}.${minutes}`
+        ? `${counted}. Now: ${place}${again}.${then}${minutes}`
         : `${counted}. Not begun yet: the terminal asks.`;
 }
 

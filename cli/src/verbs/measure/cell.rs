@@ -114,7 +114,7 @@ pub fn run(
         tell(words);
     }
     let left = planned.wanted().saturating_sub(journal.done_before());
-    let watch = Watch::new(&cell.dataset, PROBINGS, planned.wanted(), Some(cell.centring.tolerance), operator.stop());
+    let watch = Watch::new(&cell.dataset, &planned, PROBINGS, Some(cell.centring.tolerance), operator.stop());
     let watch = arguments.watch.map(|port| watched(watch, port)).transpose()?;
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
     operator.ask(&question).map_err(|_| "cancelled; nothing moved")?;

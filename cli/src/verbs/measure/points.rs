@@ -69,7 +69,7 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
     }
     let mut journal = Journal::open(output, &units, Some(&under), resume)?;
     let waiting = plan.wanted().saturating_sub(journal.rows().len());
-    let watch = Watch::new(&cell.dataset, POINTS, plan.wanted(), None, operator.stop());
+    let watch = Watch::new(&cell.dataset, plan, POINTS, None, operator.stop());
     let watch = asked.watch.map(|port| watched(watch, port)).transpose()?;
     let question = format!("The robot will move: {waiting} points at {} %. Is the cell clear?", cell.speed_percent);
     if operator.ask(&question).is_err() {
