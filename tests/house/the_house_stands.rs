@@ -233,7 +233,7 @@ fn no_files_and_no_folders_use_each_other_in_a_circle() {
     for (folder, _) in PACKAGES {
         let package = Package::read(folder);
         let uses = package.uses();
-        assert!(uses.values().map(BTreeSet::len).sum::<usize>() > 3, "{folder}: nothing was seen");
+        assert!(uses.values().map(BTreeSet::len).sum::<usize>() > 1, "{folder}: nothing was seen");
         assert_eq!(circle(&uses), None, "{folder}");
         let mut folders: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for (module, targets) in &uses {
