@@ -2,7 +2,6 @@
 
 mod divisions;
 mod injections;
-mod injections_text;
 
 use std::path::PathBuf;
 

@@ -6,6 +6,7 @@ pub mod checks;
 pub mod design;
 pub mod gallery;
 pub mod injection;
+pub mod injections_text;
 pub mod precision;
 pub mod prove;
 pub mod study;

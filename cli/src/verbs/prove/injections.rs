@@ -5,13 +5,13 @@ use calibench::identify::problem::Use;
 use calibench_lab::injection::{InjectedNoise, Subject};
 use serde_json::{Value, json};
 
-use super::injections_text::{markdown, page, sentences, text};
 use super::{Arguments, thin};
 use crate::arguments::data::{locate_in_data, model_of, named, read_datasets};
 use crate::arguments::data_gate::gate;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print, print_answer, print_json, print_written};
 use crate::terminal::progress::{Trials, Waiting};
+use calibench_lab::injections_text::{markdown, page, sentences, text};
 
 /// Number of fitted rows used of each dataset if not stated: a minute's work.
 const AT_MOST: usize = 2000;

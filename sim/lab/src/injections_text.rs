@@ -3,8 +3,8 @@
 use calibench::effects::registry::Registry;
 use std::fmt::Write;
 
-use calibench_lab::injection::{FamilyRow, Injected, Injections};
-use calibench_lab::suite::Share;
+use crate::injection::{FamilyRow, Injected, Injections};
+use crate::suite::Share;
 use calibench_report::{Printout, plain_table, what};
 
 const HEADER: [&str; 7] = ["effect", "injected", "found", "named", "size", "error before, mm", "after"];
@@ -147,7 +147,7 @@ const EFFECT_HEADER: [&str; 8] =
 
 /// One effect in a row.
 fn effect_cells(trial: &Injected) -> [String; 8] {
-    let sizes = |of: &dyn Fn(&calibench_lab::injection::InjectedParameter) -> Option<String>| {
+    let sizes = |of: &dyn Fn(&crate::injection::InjectedParameter) -> Option<String>| {
         trial.parameters.iter().filter_map(of).collect::<Vec<_>>().join(", ")
     };
     let injected = sizes(&|p| Some(format!("{} {:.3} {}", p.name, p.injected, p.unit)));
