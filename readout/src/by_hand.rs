@@ -25,6 +25,10 @@ pub trait Attendant {
     fn typed(&mut self, wait: Duration) -> Typed;
     /// True if the measurement is to stop at once.
     fn is_stopped(&self) -> bool;
+    /// What the table so far says of the robot, if anything is known of it.
+    fn judge(&mut self, _table: &str) -> Option<String> {
+        None
+    }
 }
 
 /// What somebody typed.
@@ -57,6 +61,8 @@ const ANOTHER_ANGLE: f64 = 0.5 * calibench::units::DEG;
 const ANOTHER_LENGTH: f64 = 5.0 * MM;
 /// Rows from which on the ranges of the joints are spoken of.
 const TELLING: usize = 8;
+/// Rows from which on they are compared with the robot: base and tool have nine unknowns.
+const JUDGED: usize = 16;
 /// Range of a turning joint that is too little to tell its parameters from those of others, rad.
 const NARROW_ANGLE: f64 = 30.0 * calibench::units::DEG;
 
@@ -286,13 +292,19 @@ impl<'a> ByHand<'a> {
         let again = repeat.map(|k| format!("; the posture of {} again", k + 1)).unwrap_or_default();
         attendant.tell(&format!("{}: point{name} {x:.3}, {y:.3}, {z:.3} mm{mean}{again}", rows.len()));
         if rows.len() >= TELLING && rows.len().is_multiple_of(TELLING) {
-            attendant.tell(&self.ranges(rows));
+            self.ranges(rows).iter().for_each(|sentence| attendant.tell(sentence));
+        }
+        if rows.len() >= JUDGED
+            && rows.len().is_multiple_of(TELLING)
+            && let Some(judgement) = attendant.judge(&journal.table())
+        {
+            attendant.tell(&judgement);
         }
         Ok(())
     }
 
-    /// What is known of the ranges of the joints so far, and which are too narrow.
-    fn ranges(&self, rows: &[Row]) -> String {
+    /// Which joints were turned too little so far, if any; once, that none was.
+    fn ranges(&self, rows: &[Row]) -> Option<String> {
         let range = |k: usize| {
             let values = || rows.iter().map(|row| row.q[k]);
             values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
@@ -302,13 +314,10 @@ impl<'a> ByHand<'a> {
             .map(|k| format!("joint {} over {:.0} deg", k + 1, range(k).to_degrees()))
             .collect();
         if narrow.is_empty() {
-            return format!(
-                "After {} postures every joint was turned over {:.0} deg or more.",
-                rows.len(),
-                NARROW_ANGLE.to_degrees()
-            );
+            let said = format!("Every joint was turned over {:.0} deg or more.", NARROW_ANGLE.to_degrees());
+            return (rows.len() == TELLING).then_some(said);
         }
-        format!("After {} postures {} only: turn it further in the next ones.", rows.len(), narrow.join(", "))
+        Some(format!("After {} postures {} only: turn further in the next ones.", rows.len(), narrow.join(", ")))
     }
 
     fn differs(&self, a: &[f64], b: &[f64]) -> bool {

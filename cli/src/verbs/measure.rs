@@ -42,7 +42,7 @@ use calibench_sim::session::{Session, centring};
 /// Three forms of call; clap's generated usage would merge them.
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
        calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]
-       calibench measure --by-hand <STATION> --output <TABLE> [--resume]";
+       calibench measure --by-hand <STATION> --output <TABLE> [--robot <ROBOT>] [--resume]";
 
 /// Change of temperature during an adaptive campaign that is reported, K: a gear's error changes by some urad per kelvin.
 const TELLING_K: f64 = 1.0;
@@ -84,6 +84,9 @@ pub struct Arguments {
     /// instrument
     #[arg(long, value_name = "STATION", value_parser = input(), conflicts_with_all = ["cell", "plan", "seed", "plant", "visit", "until_mm"])]
     by_hand: Option<PathBuf>,
+    /// With `--by-hand`, the robot: a name, a robot file or a URDF; every eight postures it is said how far its nominal model is off
+    #[arg(long, requires = "by_hand")]
+    robot: Option<String>,
     #[command(flatten)]
     real: measure_cell::CellArguments,
 }
@@ -114,7 +117,7 @@ pub struct Simulated<'a> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(station) = &arguments.by_hand {
         let output = arguments.output.as_deref().ok_or("say where to write the table: -o TABLE.csv")?;
-        return by_hand::run(station, output, arguments.resume);
+        return by_hand::run(station, arguments.robot.as_deref(), output, arguments.resume);
     }
     let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
     // Whether the plan changes the payload is known of a plan, and of the scenario that is planned again.

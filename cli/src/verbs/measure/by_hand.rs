@@ -5,8 +5,18 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use calibench::files::FileError;
+use calibench::files::disk::write_whole;
+use calibench::identify::problem::Use;
+use calibench::import::{ImportError, guess};
+use calibench::measure::dataset::NamedDataset;
+use calibench::residuals::misfit::data_fit;
+use calibench::robot::Robot;
+use calibench::robot::robot_file::robot as robot_named;
+use calibench::units::MM;
 use calibench_readout::{Attendant, ByHand, Ended, Journal, Typed, read_station};
+use calibench_report::misfit_sentence;
 
+use crate::arguments::data::from_anywhere;
 use crate::terminal::failure::{Failure, Interrupted, Outcome, hardware};
 use crate::terminal::operator::Operator;
 use crate::terminal::output::print_answer;
@@ -15,14 +25,15 @@ use crate::terminal::progress::Waiting;
 /// What is measured by hand.
 const POSTURES: &str = "postures";
 
-pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failure> {
+pub fn run(station: &Path, robot: Option<&str>, output: &Path, resume: bool) -> Result<Outcome, Failure> {
+    let known = robot.map(|named| Ok::<_, Failure>((robot_named(named, Path::new(""))?, from_anywhere(named)))).transpose()?;
     let station = read_station(station)?;
     if output.exists() {
         return Err(FileError::whole(output, "exists already", "give another name, or delete it").into());
     }
     let mut by_hand = ByHand::connect(&station).map_err(|e| hardware(&e))?;
     let mut journal = Journal::open(output, by_hand.units(), None, resume)?;
-    let mut person = Person { operator: Operator::who_jogs(), waiting: Waiting::new("") };
+    let mut person = Person { operator: Operator::who_jogs(), waiting: Waiting::new(""), known };
     let ended = by_hand.run(&mut journal, &mut person);
     let Person { waiting, .. } = person;
     drop(waiting);
@@ -39,7 +50,7 @@ pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failu
     }
     let table = output.display();
     print_answer(format!("{kept} {} in {table}", if kept == 1 { "posture" } else { POSTURES }))?;
-    print_answer(format!("Next: `calibench calibrate {table} --robot ROBOT -o FOLDER`."))?;
+    print_answer(format!("Next: `calibench calibrate {table} --robot {} -o FOLDER`.", robot.unwrap_or("ROBOT")))?;
     Ok(Outcome::Done)
 }
 
@@ -47,6 +58,8 @@ pub fn run(station: &Path, output: &Path, resume: bool) -> Result<Outcome, Failu
 struct Person {
     operator: Operator,
     waiting: Waiting,
+    /// The robot that is measured, and its name, if they are known.
+    known: Option<(Robot, String)>,
 }
 
 impl Attendant for Person {
@@ -63,6 +76,29 @@ impl Attendant for Person {
             Ok(line) => Typed::Line(line),
             Err(RecvTimeoutError::Timeout) => Typed::Nothing,
             Err(RecvTimeoutError::Disconnected) => Typed::End,
+        }
+    }
+
+    fn judge(&mut self, table: &str) -> Option<String> {
+        let (robot, name) = self.known.as_ref()?;
+        let folder = tempfile::tempdir().ok()?;
+        let file = folder.path().join("table.csv");
+        write_whole(&file, table.as_bytes()).ok()?;
+        let unfit = |why: &str| Some(format!("So far this is not {}: {why}", robot.name));
+        let found = match guess(&file, robot, name) {
+            Ok(found) => found,
+            Err(ImportError::File(e)) => return unfit(&format!("{}; {}.", e.problem, e.remedy)),
+            Err(e) => return unfit(&format!("{e}.")),
+        };
+        let fits = data_fit(&[NamedDataset::new("", &found.dataset)], Use::All);
+        match fits.iter().find_map(|fit| fit.misfit.as_ref()) {
+            // Nothing goes on here but the operator.
+            Some(misfit) => Some(format!("So far: {}", misfit_sentence(misfit).replace(", or go on with --force", ""))),
+            None => Some(format!(
+                "With base and tool fitted the nominal {} is off by {:.3} mm (rms) so far.",
+                robot.name,
+                found.residual / MM
+            )),
         }
     }
 
