@@ -86,6 +86,10 @@ impl<'a> ByHand<'a> {
             (None, Controller::Typed(joints)) => *joints,
             (None, _) => 0,
         };
+        if ![0, joints].contains(&station.units.len()) {
+            let problem = format!("it has {joints} joints, and `units` has {}", station.units.len());
+            return Err(ReadoutError::new("controller", problem, "give a unit for each joint, or none"));
+        }
         let instrument = station.instrument.clone().map(Instrument::open).transpose()?;
         let units = (0..joints).map(|k| station.unit(k)).collect();
         Ok(ByHand { station, reader, instrument, units })
@@ -110,7 +114,7 @@ impl<'a> ByHand<'a> {
 
     fn introduce(&self, journal: &Journal, attendant: &mut dyn Attendant) {
         if !journal.rows().is_empty() {
-            attendant.tell(&format!("{} postures are in the journal; it goes on.", journal.rows().len()));
+            attendant.tell(&format!("Going on after posture {}.", journal.rows().len()));
         }
         if let Some(instrument) = self.instrument.as_ref().filter(|instrument| !instrument.is_connected()) {
             attendant.tell(&format!("Waiting for the instrument to connect to {}.", instrument.address()));

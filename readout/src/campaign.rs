@@ -10,8 +10,8 @@ use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, rigid_fit};
-use calibench::units::DEG;
-use nalgebra::Vector3;
+use calibench::units::{DEG, MM};
+use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use crate::ReadoutError;
@@ -24,6 +24,10 @@ const STILL: f64 = 0.01 * DEG;
 const TRIES: usize = 2;
 /// Poses in succession without a point after which something is wrong that going on does not mend.
 const MOST_MISSED: usize = 3;
+/// Points after which they are compared with the arm: five determine the base, and show whether anything fits.
+const JUDGED: usize = 5;
+/// Distance from the nominal arm that a target somewhere on the flange does not explain, m, rms.
+const FAR_OFF: f64 = 0.3;
 /// Fewest points that determine where the instrument is.
 const FEWEST: usize = 3;
 
@@ -37,6 +41,16 @@ pub enum CampaignStop {
     /// Several poses in succession had no point.
     #[error("no point in {MOST_MISSED} poses in succession; of the last: {0}")]
     Instrument(#[source] ReadoutError),
+    /// The points are not those of this arm, wherever its base is.
+    #[error(
+        "the first {points} points lie {apart_mm:.0} mm (rms) from those of the arm of the cell: correct `unit` and `line` of the station, the robot or the tool, and begin again"
+    )]
+    Nonsense {
+        /// Number of points.
+        points: usize,
+        /// Distance from the nominal arm with its base fitted, rms, mm.
+        apart_mm: f64,
+    },
     /// The journal cannot be written.
     #[error(transparent)]
     Journal(#[from] FileError),
@@ -56,6 +70,8 @@ pub trait CampaignWatcher {
 pub struct PointCampaign<'a> {
     /// The poses, and the ways between them.
     pub plan: &'a ProbingPlan,
+    /// The cell: robot, base, tool.
+    pub cell: &'a Dataset,
     /// A request to stop.
     pub stop: StopRequest,
     /// Where the arm is.
@@ -77,7 +93,7 @@ impl PointCampaign<'_> {
         let plan = self.plan;
         let done: Vec<String> = journal.rows().iter().filter_map(|row| row.pose.clone()).collect();
         let (mut missed, mut in_succession) = (Vec::new(), 0);
-        for pose in plan.poses.iter().filter(|pose| !done.contains(&pose.id)) {
+        for pose in plan.poses.iter().filter(|pose| !pose.reserve && !done.contains(&pose.id)) {
             watcher.goes_to(pose);
             robot.move_along(&self.way_to(pose))?;
             self.stands = ArmAt::Approach(pose.id.clone());
@@ -87,6 +103,10 @@ impl PointCampaign<'_> {
                     in_succession = 0;
                     if let Some(row) = journal.rows().last() {
                         watcher.measured(pose, row);
+                    }
+                    if let Some(apart) = self.nonsense(journal.rows()) {
+                        self.go_home(robot)?;
+                        return Err(CampaignStop::Nonsense { points: journal.rows().len(), apart_mm: apart / MM });
                     }
                 }
                 Err(why) => {
@@ -102,6 +122,18 @@ impl PointCampaign<'_> {
         }
         self.go_home(robot)?;
         Ok(missed)
+    }
+
+    /// The distance of the points from the nominal arm, its base fitted, m, rms; if it is more than an arm and a target that
+    /// nobody has measured explain.
+    fn nonsense(&self, rows: &[Row]) -> Option<f64> {
+        let Dataset { robot, base, tool, .. } = self.cell;
+        let nominal = |row: &Row| world_from_tool(robot, base, tool, &row.q).translation.vector;
+        let pairs: Vec<_> = rows.iter().map(|row| (nominal(row), Vector3::from(row.point_m))).collect();
+        let moved = (rows.len() == JUDGED).then(|| rigid_fit(&pairs)).flatten()?;
+        let off = |(from, to): &(Vector3<f64>, Vector3<f64>)| (moved * Point3::from(*from) - Point3::from(*to)).norm_squared();
+        let apart = (pairs.iter().map(off).sum::<f64>() / pairs.len() as f64).sqrt();
+        (apart > FAR_OFF).then_some(apart)
     }
 
     /// The joints through which the arm goes to a pose, its own at the end, rad.

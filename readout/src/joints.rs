@@ -82,7 +82,7 @@ impl Controller {
     /// What whoever measures has to know about its readings, if anything.
     pub fn remark(&self) -> Option<&'static str> {
         matches!(self, Controller::Fanuc(_)).then_some(
-            "A FANUC's page has two decimals: 0.003 deg rms of rounding in each joint, 0.05 mm at a metre. Its joint 3 counts from the horizontal.",
+            "A FANUC's page has two decimals: 0.003 deg rms of rounding in each joint, 0.05 mm at a metre. Joint 3 is written as joint 3 plus joint 2 of the pendant.",
         )
     }
 

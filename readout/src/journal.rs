@@ -1,6 +1,7 @@
 //! The journal of a measurement of points, `OUTPUT.journal`: one line of JSON for each posture measured, written before the next
 //! one begins, so that nothing that was measured is lost.
 
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -156,7 +157,7 @@ impl Journal {
             row.q.iter().enumerate().map(outside).for_each(|q| text += &format!(",{q:.6}"));
             row.point_m.iter().for_each(|x| text += &format!(",{:.5}", x / MM));
             if is_named {
-                text += &format!(",\"{}\"", row.name.as_deref().unwrap_or_default().replace('"', "'"));
+                text += &format!(",\"{}\"", row.name.as_deref().unwrap_or_default().replace('"', "\"\""));
             }
             text.push('\n');
         }
@@ -196,6 +197,12 @@ impl Journal {
     }
 }
 
+/// Names and values of conditions.
+fn names_of(under: Option<&Conditions>) -> BTreeMap<String, serde_json::Value> {
+    let Some(Ok(serde_json::Value::Object(names))) = under.map(serde_json::to_value) else { return BTreeMap::new() };
+    names.into_iter().collect()
+}
+
 /// The rows of a journal, for an arm whose joints have these units, under these conditions.
 fn rows_of(path: &Path, text: &str, units: &[JointUnit], under: Option<&Conditions>) -> Result<Vec<Row>, FileError> {
     let mut lines = text.lines();
@@ -204,13 +211,16 @@ fn rows_of(path: &Path, text: &str, units: &[JointUnit], under: Option<&Conditio
     let Some(head) = head.ok().filter(|head| head.format == FORMAT) else {
         return Err(FileError::whole(path, "is not a journal of points", "give another output, or delete it"));
     };
+    if head.under.as_ref() != under {
+        let (was, is) = (names_of(head.under.as_ref()), names_of(under));
+        let differ = was.iter().filter(|(name, value)| is.get(*name) != Some(*value)).map(|(name, _)| name.as_str());
+        let what: Vec<&str> = differ.chain(is.keys().filter(|name| !was.contains_key(*name)).map(String::as_str)).collect();
+        let problem = format!("was made under other conditions: {}", what.join(", "));
+        return Err(FileError::whole(path, problem, "undo the change, or give another output"));
+    }
     if head.units != units {
         let problem = format!("was made with {} joints of other units or number", head.units.len());
         return Err(FileError::whole(path, problem, "undo the change of the station, or begin another table"));
-    }
-    if head.under.as_ref() != under {
-        let remedy = "undo the change, or give another output";
-        return Err(FileError::whole(path, "was made for another plan, cell or station", remedy));
     }
     let mut rows = Vec::new();
     for line in lines {

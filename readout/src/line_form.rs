@@ -47,6 +47,17 @@ impl LineForm {
         self.fields.iter().any(|slot| slot.name == name)
     }
 
+    /// Number of fields with names.
+    pub fn names(&self) -> usize {
+        self.fields.iter().filter(|slot| !slot.name.is_empty()).count()
+    }
+
+    /// A number in a line; `None` if the text is not one. A comma that separates fields is in no number.
+    pub fn number(&self, text: &str) -> Option<f64> {
+        let separates = self.before.contains(',') || self.fields.iter().any(|slot| slot.after.contains(','));
+        number(text).filter(|_| !(separates && text.contains(',')))
+    }
+
     /// The fields of a line by their names; `None` if the line is of another form.
     pub fn read<'l>(&self, line: &'l str) -> Option<Vec<(&str, &'l str)>> {
         let mut rest = line.trim();

@@ -24,8 +24,12 @@ pub enum End {
 const CONNECTING: Duration = Duration::from_secs(3);
 /// Wait before another attempt to connect.
 const BREATH: Duration = Duration::from_millis(300);
-/// Silence that ends a line without an end: some devices send none.
-const END_OF_LINE: Duration = Duration::from_millis(150);
+/// Silence that ends a line of a device that has ended none so far: some never do.
+const END_OF_LINE: Duration = Duration::from_millis(500);
+/// Longest duration of one read of the socket.
+const READ: Duration = Duration::from_millis(100);
+/// Longest wait for a connection to be made again: devices that hang up after an answer listen again at once.
+const AGAIN: Duration = Duration::from_secs(2);
 /// Longest line, bytes: a point with name, time and uncertainty has 200.
 const LONGEST_LINE: usize = 4096;
 /// Most characters of a line in a message.
@@ -122,11 +126,24 @@ impl LineLink {
     /// # Errors
     /// If the device is not connected, or does not take it.
     pub fn send(&self, text: &str) -> Result<(), ReadoutError> {
-        let state = self.shared.state();
+        let until = Instant::now() + AGAIN;
+        let mut state = self.shared.state();
+        while state.stream.is_none() && Instant::now() < until {
+            state = self.shared.arrived.wait_timeout(state, READ).unwrap_or_else(PoisonError::into_inner).0;
+        }
         let Some(stream) = &state.stream else { return Err(self.not_connected(&state)) };
         let mut stream = stream.try_clone().map_err(|e| ReadoutError::no_connection(&self.whom, &e))?;
         drop(state);
         stream.write_all(text.as_bytes()).map_err(|e| ReadoutError::no_connection(&self.whom, &e))
+    }
+
+    /// Drops the connection, so that an answer that is late is not taken for the next.
+    pub fn hang_up(&self) {
+        let mut state = self.shared.state();
+        state.lines.clear();
+        if let Some(stream) = state.stream.take() {
+            drop(stream.shutdown(std::net::Shutdown::Both));
+        }
     }
 
     /// The first line that arrived after `since`, waited for until `until`; earlier ones are dropped. `None` if none came.
@@ -144,13 +161,13 @@ impl LineLink {
     }
 
     /// The error of a device from which nothing came.
-    pub fn silent(&self, waited: Duration) -> ReadoutError {
+    pub fn silent(&self, waited: Duration, remedy: &str) -> ReadoutError {
         let state = self.shared.state();
         if state.stream.is_none() {
             return self.not_connected(&state);
         }
-        let problem = format!("nothing came within {:.0} s", waited.as_secs_f64());
-        ReadoutError::new(&self.whom, problem, "see whether the device measures and sends, and whether its beam is broken")
+        let problem = format!("nothing came within {:.1} s", waited.as_secs_f64());
+        ReadoutError::new(&self.whom, problem, remedy)
     }
 
     /// The error of a device that sent lines of another form; this was the last.
@@ -224,22 +241,23 @@ impl Shared {
     /// # Errors
     /// Why the connection ended.
     fn read_from(&self, mut stream: TcpStream, newer: impl Fn() -> Option<TcpStream>) -> Result<TcpStream, String> {
-        if stream.set_nonblocking(false).and_then(|()| stream.set_read_timeout(Some(END_OF_LINE))).is_err() {
+        if stream.set_nonblocking(false).and_then(|()| stream.set_read_timeout(Some(READ))).is_err() {
             return Err("the connection cannot be read".into());
         }
         let (mut bytes, mut chunk) = (Vec::new(), [0; 4096]);
+        let (mut ends_lines, mut last) = (false, Instant::now());
         while !self.is_closing.load(Ordering::SeqCst) {
             if let Some(newer) = newer() {
                 return Ok(newer);
             }
             match stream.read(&mut chunk) {
-                Ok(0) => {
-                    self.take_line(&mut bytes);
-                    return Err("it closed the connection".into());
-                }
+                // What has no end may have been more.
+                Ok(0) => return Err("it closed the connection".into()),
                 Ok(count) => {
+                    last = Instant::now();
                     for &byte in &chunk[..count] {
                         if matches!(byte, b'\n' | b'\r' | 0) {
+                            ends_lines |= !bytes.is_empty();
                             self.take_line(&mut bytes);
                         } else {
                             bytes.push(byte);
@@ -249,7 +267,11 @@ impl Shared {
                         return Err(format!("it sends a line of more than {LONGEST_LINE} bytes"));
                     }
                 }
-                Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => self.take_line(&mut bytes),
+                Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {
+                    if !ends_lines && last.elapsed() >= END_OF_LINE {
+                        self.take_line(&mut bytes);
+                    }
+                }
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}
                 Err(e) => return Err(e.to_string()),
             }

@@ -3,10 +3,11 @@
 
 use std::time::{Duration, Instant};
 
+use calibench::measure::campaign::Conditions;
 use nalgebra::{Point3, Vector3};
 
 use crate::ReadoutError;
-use crate::line_form::{LineForm, number};
+use crate::line_form::LineForm;
 use crate::line_link::{End, LineLink};
 
 /// An instrument that sends points.
@@ -26,6 +27,14 @@ pub struct InstrumentSettings {
     pub scatter: f64,
     /// Longest wait for a point.
     pub timeout: Duration,
+}
+
+impl InstrumentSettings {
+    /// What must be unchanged when a measurement goes on: the unit and the form of its points.
+    #[must_use]
+    pub fn added_to(&self, conditions: Conditions) -> Conditions {
+        conditions.and("instrument.unit", self.unit).and("instrument.line", format!("{:?}", self.line))
+    }
 }
 
 /// Fields of a line with a point.
@@ -50,6 +59,9 @@ pub struct Instrument {
     whom: String,
     link: LineLink,
 }
+
+/// Farthest coordinate of a point, m.
+const FARTHEST: f64 = 10_000.0;
 
 /// How long one look at the instrument takes, so that somebody who waits can stop.
 const LOOK: Duration = Duration::from_millis(200);
@@ -85,7 +97,7 @@ impl Instrument {
         if let Some(trigger) = &self.settings.trigger {
             self.link.send(trigger)?;
         }
-        let mut until = asked + self.settings.timeout;
+        let mut until = Instant::now() + self.settings.timeout;
         let (mut points, mut first, mut other): (Vec<MeasuredPoint>, Option<Instant>, _) = (Vec::new(), None, None);
         loop {
             let now = Instant::now();
@@ -107,10 +119,14 @@ impl Instrument {
             }
         }
         if points.is_empty() {
-            return Err(match other {
+            let remedy = "see whether it measures and sends, and whether its beam is broken";
+            let error = match other {
                 Some(line) => self.link.other_line(&line),
-                None => self.link.silent(self.settings.timeout),
-            });
+                None => self.link.silent(self.settings.timeout, remedy),
+            };
+            // A point that is late belongs to no posture.
+            self.settings.trigger.iter().for_each(|_| self.link.hang_up());
+            return Err(error);
         }
         self.mean(&points).map(Some)
     }
@@ -119,8 +135,13 @@ impl Instrument {
     fn point_of(&self, line: &str) -> Option<MeasuredPoint> {
         let fields = self.settings.line.read(line)?;
         let text = |field: &str| fields.iter().find(|(name, _)| *name == field).map(|(_, text)| *text);
-        let coordinate = |field: &str| text(field).and_then(number).map(|value| value * self.settings.unit);
+        let coordinate =
+            |field: &str| text(field).and_then(|text| self.settings.line.number(text)).map(|value| value * self.settings.unit);
         let position = Point3::new(coordinate("x")?, coordinate("y")?, coordinate("z")?);
+        // No instrument sees that far.
+        if position.coords.amax() > FARTHEST {
+            return None;
+        }
         let name = text("name").filter(|name| !name.is_empty()).map(str::to_owned);
         Some(MeasuredPoint { name, position, count: 1, scatter: None })
     }

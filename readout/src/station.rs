@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use calibench::cell::CellReading;
 use calibench::files::{FileError, parse_toml, read_text};
+use calibench::measure::campaign::Conditions;
+use calibench::measure::dataset::Dataset;
 use calibench::units::{DEG, MM};
 
 #[cfg(feature = "schema")]
@@ -52,6 +54,16 @@ pub struct StillSettings {
 }
 
 impl Station {
+    /// What must be unchanged when a measurement by hand goes on: the unit and the form of its points.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions {
+        let nothing = Conditions::of(&[], &Dataset::default());
+        match &self.instrument {
+            Some(instrument) => instrument.added_to(nothing),
+            None => nothing.and("instrument.unit", self.typed_unit),
+        }
+    }
+
     /// Unit of a joint, counted from 0.
     pub fn unit(&self, joint: usize) -> JointUnit {
         self.units.get(joint).copied().unwrap_or(self.controller.unit())
@@ -101,6 +113,17 @@ pub fn read_station(path: &Path) -> Result<Station, FileError> {
             is_automatic: still.automatic,
         },
     };
+    // Of the web pages it is seen when they answer.
+    let known = match &station.controller {
+        Controller::Typed(joints) => Some(*joints),
+        Controller::Text(settings) => Some(settings.joints()),
+        Controller::Kuka(_) | Controller::Ur(_) => Some(USUAL_JOINTS),
+        Controller::Fanuc(_) | Controller::Abb(_) => None,
+    };
+    if let Some(joints) = known.filter(|joints| ![0, *joints].contains(&station.units.len())) {
+        let problem = format!("has {} units, and there are {joints} joints", station.units.len());
+        return Err(reading.wrong("controller.units", problem, "give one for each joint, or none"));
+    }
     match (&station.controller, &station.instrument) {
         (Controller::Typed(_), _) | (_, None) if station.still.is_automatic => {
             let remedy = "remove the key, or connect controller and instrument";
@@ -119,7 +142,9 @@ impl Reading<'_> {
     }
 
     fn controller(&self, keys: ControllerToml) -> Result<Controller, FileError> {
-        let ControllerToml { kind, address, listen, user, password, group, unit, ask, line, timeout_s, joints, .. } = keys;
+        let ControllerToml {
+            kind, address, listen, user, password, group, coupled, unit, ask, line, timeout_s, joints, ..
+        } = keys;
         let is_web = matches!(kind, ControllerKind::Fanuc | ControllerKind::Abb);
         let foreign = [
             ("address", address.is_some(), kind != ControllerKind::Typed),
@@ -127,6 +152,7 @@ impl Reading<'_> {
             ("user", user.is_some(), is_web),
             ("password", password.is_some(), is_web),
             ("group", group.is_some(), kind == ControllerKind::Fanuc),
+            ("coupled", coupled.is_some(), kind == ControllerKind::Fanuc),
             ("unit", unit.is_some(), kind == ControllerKind::Abb),
             ("ask", ask.is_some(), kind == ControllerKind::Text),
             ("line", line.is_some(), kind == ControllerKind::Text),
@@ -162,8 +188,8 @@ impl Reading<'_> {
         };
         Ok(match kind {
             ControllerKind::Fanuc => {
-                let group = group.unwrap_or(1);
-                Controller::Fanuc(FanucSettings { address: of_web()?, group, log_in: log_in(None) })
+                let (group, is_coupled) = (group.unwrap_or(1), coupled.unwrap_or(true));
+                Controller::Fanuc(FanucSettings { address: of_web()?, group, is_coupled, log_in: log_in(None) })
             }
             ControllerKind::Abb => {
                 let unit = unit.unwrap_or_else(|| AbbSettings::UNIT.into());
@@ -182,6 +208,10 @@ impl Reading<'_> {
                 let line = self.form("controller.line", &line, TextSettings::is_field)?;
                 let timeout = self.time("controller.timeout_s", timeout_s, JOINTS_S)?;
                 let settings = TextSettings { end, ask: ask.map(|text| unescaped(&text)), line, timeout };
+                if settings.joints() > 0 && settings.joints() < settings.line.names() {
+                    let problem = format!("has joints beyond a gap after {{q{}}}", settings.joints());
+                    return Err(self.wrong("controller.line", problem, "number the joints from {q1} on without a gap"));
+                }
                 if settings.joints() == 0 {
                     return Err(self.wrong(
                         "controller.line",

@@ -28,8 +28,10 @@ fn answer(mut port: impl Read + Write + Send + 'static, mut reply: impl FnMut(&s
         loop {
             match port.read(&mut byte) {
                 Ok(0) => return,
-                Ok(_) if byte[0] == b'\r' => {
+                // STX is a request by itself.
+                Ok(_) if matches!(byte[0], b'\r' | 2) => {
                     let asked = std::mem::take(&mut request).to_ascii_uppercase();
+                    let asked = if byte[0] == 2 { "STX".to_owned() } else { asked };
                     for piece in reply(&asked) {
                         if port.write_all(&piece).is_err() {
                             return;
@@ -164,6 +166,33 @@ fn instruments_without_a_preset_are_mastered_by_their_driver() {
     assert_eq!(indicator.identify().unwrap().name, None);
     indicator.preset(6.35 * MM).unwrap();
     assert!(close(indicator.read().unwrap(), 6.35));
+}
+
+#[test]
+fn indicators_of_other_makers_are_read_as_their_manuals_say() {
+    // Eight characters with the point, a blank, a comma, the unit.
+    let reply = |request: &str| if request == "R" { said("+006.3512 ,MM\r\n") } else { Vec::new() };
+    let mut indicator = AsciiIndicator::new(on_socket(reply), settings(Dialect::CHICAGO));
+    assert_eq!(indicator.identify().unwrap().name, None);
+    assert!(close(indicator.read().unwrap(), 6.3512));
+    let reply = |request: &str| if request == "R" { said("-  0.2500 ,IN\r\n") } else { Vec::new() };
+    assert!(close(AsciiIndicator::new(on_socket(reply), settings(Dialect::CHICAGO)).read().unwrap(), -6.35));
+    // Sign, ten characters, a blank, the unit, the class, the state; and nothing after STX.
+    for (answer, mm) in [
+        ("-      5.23  =A\r\n", -5.23),
+        ("+    6.3500    \r\n", 6.35),
+        ("+   0.25000 \" 1\r\n", 6.35),
+        ("+    1.0000  > \r\n", 1.0),
+    ] {
+        let reply = move |request: &str| if request == "STX" { said(answer) } else { said("NAK\r\n") };
+        let mut indicator = AsciiIndicator::new(on_socket(reply), settings(Dialect::HEIDENHAIN));
+        assert!(close(indicator.read().unwrap(), mm), "{answer}");
+        indicator.preset(6.35 * MM).unwrap();
+        assert!(close(indicator.read().unwrap(), 6.35), "{answer}");
+    }
+    // A signal that is disturbed is no reading.
+    let mut indicator = AsciiIndicator::new(on_socket(|_: &str| said("+    1.0000 ?  \r\n")), settings(Dialect::HEIDENHAIN));
+    assert!(indicator.read().is_err());
 }
 
 #[test]

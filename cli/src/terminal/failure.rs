@@ -30,12 +30,17 @@ pub const HARDWARE: u8 = 3;
 #[error("{0}")]
 pub struct Hardware(pub String);
 
+/// `probings are`, of one `probing is`.
+fn are(count: usize, what: &str) -> String {
+    if count == 1 { format!("{} is", what.trim_end_matches('s')) } else { format!("{what} are") }
+}
+
 /// What a campaign measures.
 pub const PROBINGS: &str = "probings";
 
 /// A campaign interrupted by its cell or by the disk; its measurements are in its journal.
 #[derive(Debug, thiserror::Error)]
-#[error("{why}; {kept} {what} are kept in {}: go on with `--resume`", journal.display())]
+#[error("{why}; {kept} {} kept in {}: go on with `--resume`", are(*kept, what), journal.display())]
 pub struct Interrupted {
     pub why: String,
     /// What was measured, in the plural.

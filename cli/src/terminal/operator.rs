@@ -49,7 +49,7 @@ impl Operator {
             );
         }
         let stop = StopRequest::default();
-        let lines = listen(Some(&stop));
+        let lines = listen(Some((&stop, !yes)));
         stop_on_signals(&stop, "stopping the robot");
         Ok(Operator { lines, stop, is_asked: !yes })
     }
@@ -84,12 +84,17 @@ impl Operator {
             return if self.stop.is_made() { Err(CalledOff) } else { Ok(()) };
         }
         drop(write!(std::io::stderr(), "{question}\n[Enter to go on, q and Enter to stop] "));
+        // Whoever types anything but Enter or a yes has not said that it may go on.
+        let is_yes = |line: &str| matches!(line.trim().to_ascii_lowercase().as_str(), "" | "y" | "yes");
+        let is_no = |line: &str| matches!(line.trim().to_ascii_lowercase().as_str(), "n" | "no");
         loop {
             if self.stop.is_made() {
                 return Err(CalledOff);
             }
             match self.lines.recv_timeout(LOOK) {
-                Ok(_) => return if self.stop.is_made() { Err(CalledOff) } else { Ok(()) },
+                Ok(line) if self.stop.is_made() || is_no(&line) => return Err(CalledOff),
+                Ok(line) if is_yes(&line) => return Ok(()),
+                Ok(_) => drop(write!(std::io::stderr(), "[Enter to go on, q and Enter to stop] ")),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err(CalledOff),
             }
@@ -114,10 +119,11 @@ impl Attendant for Operator {
     }
 }
 
-/// Receives typed lines; `q` requests the stop, if there is one, at any time.
-fn listen(stop: Option<&StopRequest>) -> Receiver<String> {
+/// Receives typed lines; `q` requests the stop, if there is one, at any time, and so does the end of the input of an operator who
+/// is asked: no `q` would be read any more.
+fn listen(stop: Option<(&StopRequest, bool)>) -> Receiver<String> {
     let (sender, lines) = channel();
-    let stop = stop.cloned();
+    let (stop, is_asked) = stop.map_or((None, false), |(stop, is_asked)| (Some(stop.clone()), is_asked));
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines() {
             let Ok(line) = line else { return };
@@ -128,6 +134,7 @@ fn listen(stop: Option<&StopRequest>) -> Receiver<String> {
                 return;
             }
         }
+        stop.iter().filter(|_| is_asked).for_each(StopRequest::make);
     });
     lines
 }

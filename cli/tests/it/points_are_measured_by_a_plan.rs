@@ -102,6 +102,10 @@ fn a_campaign_of_points_goes_on_and_makes_the_arm_accurate() {
         let dataset = read_dataset(&bench.path("points")).unwrap();
         assert!(dataset.base_found && dataset.samples.len() == POINTS);
         assert!(dataset.samples.iter().all(|s| matches!(s.measured, Measured::Point(_)) && s.approach.is_some()));
+        // It is there, and is not measured again.
+        let again = measure(&bench, &["--resume"]).output().unwrap();
+        assert_eq!(again.status.code(), Some(2));
+        assert!(text(&again.stderr).contains("holds a dataset already"), "{}", text(&again.stderr));
         let [nominal, calibrated] = errors(&bench);
         assert!(nominal > 0.5 && calibrated < 0.25 * nominal, "{make:?}: {nominal:.3} mm, then {calibrated:.3} mm");
         drop(served);
@@ -156,6 +160,18 @@ fn plans_and_instruments_that_do_not_belong_together_are_refused() {
         calibench(&bench, &["measure", "--cell", "cell.toml", "--plan", "points.toml", "--dry-run", "--film", "film.html"]);
     assert!(rehearsed.status.success(), "{}", text(&rehearsed.stderr));
     assert!(!text(&rehearsed.stdout).contains("at each contact"), "{}", text(&rehearsed.stdout));
+}
+
+#[test]
+fn points_of_another_unit_end_the_campaign_at_once() {
+    let (bench, served) = set_up(Make::Kuka, &[]);
+    let station = std::fs::read_to_string(bench.path("station.toml")).unwrap();
+    std::fs::write(bench.path("station.toml"), format!("{station}unit = \"m\"\n")).unwrap();
+    let ended = measure(&bench, &[]).output().unwrap();
+    assert_eq!(ended.status.code(), Some(2), "{}", text(&ended.stderr));
+    assert!(text(&ended.stderr).contains("correct `unit` and `line` of the station"), "{}", text(&ended.stderr));
+    assert!(!bench.path("points.journal").exists() && !bench.path("points").exists());
+    drop(served);
 }
 
 /// Somebody who jogs: moves the arm through the driver of the cell, and types.

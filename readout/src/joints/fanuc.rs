@@ -1,7 +1,8 @@
 //! FANUC: the page `/MD/CURPOS.DG` of the controller's web server, which needs no option and no program.
 //!
 //! Its text has a part for each motion group: `Group #: 1`, then `Joint   1:     86.75` for every joint, in degrees (mm of a
-//! sliding axis) with two decimals. Joint 3 is as on the pendant: relative to the horizontal, not to joint 2.
+//! sliding axis) with two decimals. Joint 3 is as on the pendant, from the horizontal; robot models count it from the link before,
+//! which is joint 3 plus joint 2.
 
 use super::JointReader;
 use super::web::{LogIn, Web};
@@ -17,6 +18,8 @@ pub struct FanucSettings {
     pub address: String,
     /// Motion group, from 1.
     pub group: usize,
+    /// True if joint 3 counts from the horizontal, as on arms with six joints.
+    pub is_coupled: bool,
     /// Who logs in, where it asks for that.
     pub log_in: Option<LogIn>,
 }
@@ -25,21 +28,29 @@ pub struct FanucSettings {
 pub(super) struct FanucPage {
     web: Web,
     group: usize,
+    is_coupled: bool,
 }
 
 impl FanucPage {
     pub fn new(settings: &FanucSettings) -> Self {
-        let FanucSettings { address, group, log_in } = settings;
-        FanucPage { web: Web::new(&format!("FANUC at {address}"), address, log_in.clone()), group: *group }
+        let FanucSettings { address, group, is_coupled, log_in } = settings;
+        let web = Web::new(&format!("FANUC at {address}"), address, log_in.clone());
+        FanucPage { web, group: *group, is_coupled: *is_coupled }
     }
 }
 
 impl JointReader for FanucPage {
     fn joints(&mut self) -> Result<Vec<f64>, ReadoutError> {
         let answer = self.web.get(PAGE, "*/*")?;
-        joints_of_page(&answer.text, self.group).ok_or_else(|| {
+        let joints = joints_of_page(&answer.text, self.group).ok_or_else(|| {
             let problem = format!("{PAGE} has no joints of motion group {} (status {})", self.group, answer.status);
             ReadoutError::new(self.web.whom(), problem, "open the page in a browser, and give the `group` that it shows")
+        });
+        joints.map(|mut joints| {
+            if let (true, [_, second, third, ..]) = (self.is_coupled, joints.as_mut_slice()) {
+                *third += *second;
+            }
+            joints
         })
     }
 }

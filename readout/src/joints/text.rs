@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::JointReader;
 use crate::ReadoutError;
-use crate::line_form::{LineForm, number};
+use crate::line_form::LineForm;
 use crate::line_link::{End, LineLink};
 
 /// A controller that sends lines.
@@ -51,7 +51,9 @@ impl TextJoints {
     /// The joints of a line, in the order of their numbers; `None` if it is another line.
     fn of_line(&self, line: &str) -> Option<Vec<f64>> {
         let fields = self.settings.line.read(line)?;
-        let joint = |k: usize| fields.iter().find(|(name, _)| *name == format!("q{k}")).and_then(|(_, text)| number(text));
+        let joint = |k: usize| {
+            fields.iter().find(|(name, _)| *name == format!("q{k}")).and_then(|(_, text)| self.settings.line.number(text))
+        };
         (1..=self.settings.joints()).map(joint).collect()
     }
 }
@@ -62,7 +64,7 @@ impl JointReader for TextJoints {
         if let Some(ask) = &self.settings.ask {
             self.link.send(ask)?;
         }
-        let until = asked + self.settings.timeout;
+        let until = Instant::now() + self.settings.timeout;
         let mut other = None;
         while let Some(line) = self.link.line_after(asked, until) {
             match self.of_line(&line.text) {
@@ -70,9 +72,12 @@ impl JointReader for TextJoints {
                 None => other = Some(line.text),
             }
         }
-        Err(match other {
+        let error = match other {
             Some(line) => self.link.other_line(&line),
-            None => self.link.silent(self.settings.timeout),
-        })
+            None => self.link.silent(self.settings.timeout, "see whether its program runs and sends"),
+        };
+        // An answer that is late is not the next one.
+        self.settings.ask.iter().for_each(|_| self.link.hang_up());
+        Err(error)
     }
 }

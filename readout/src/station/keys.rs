@@ -59,6 +59,9 @@ pub(super) struct ControllerToml {
     pub password: Option<String>,
     /// Motion group of `fanuc`; 1 if not given.
     pub group: Option<usize>,
+    /// False if joint 3 of `fanuc` counts from the link before it; true, from the horizontal, if not given. It is written as from
+    /// the link before.
+    pub coupled: Option<bool>,
     /// Mechanical unit of `abb`, or a task that begins with `T_`; `ROB_1` if not given.
     pub unit: Option<String>,
     /// What to send to `text` for a line, with `\n`, `\r`, `\t` and `\0`; nothing if it sends by itself.

@@ -59,11 +59,16 @@ fn page(status: &str, headers: &str, body: &str) -> String {
 fn a_fanuc_by_the_page_of_its_positions() {
     let body = "<HTML><PRE>\nGroup #:  1\nCURRENT JOINT POSITION:\nJoint   1:     10.25\nJoint   2:      -.50\nJoint   3:    -10.99\nJoint   4:     56.19\nJoint   5:    -81.55\nJoint   6:    -94.01\n\nGroup #:  2\nJoint   1:     12.34\n</PRE>";
     let (address, asked) = serve(move |_| page("200 OK", "", body));
-    let settings = |group| Controller::Fanuc(FanucSettings { address: address.clone(), group, log_in: None });
+    let settings =
+        |group| Controller::Fanuc(FanucSettings { address: address.clone(), group, is_coupled: false, log_in: None });
     let mut reader = settings(1).open().unwrap().unwrap();
     for _ in 0..3 {
         assert_eq!(reader.joints().unwrap(), [10.25, -0.5, -10.99, 56.19, -81.55, -94.01]);
     }
+    // Joint 3 of the pendant counts from the horizontal; that of a model from the link before.
+    let coupled = FanucSettings { address: address.clone(), group: 1, is_coupled: true, log_in: None };
+    let third = Controller::Fanuc(coupled).open().unwrap().unwrap().joints().unwrap()[2];
+    assert!((third - (-10.99 - 0.5)).abs() < 1e-12);
     assert!(asked.lock().unwrap().iter().all(|asked| asked.line == "GET /MD/CURPOS.DG HTTP/1.1"));
     assert_eq!(settings(2).open().unwrap().unwrap().joints().unwrap(), [12.34]);
     let said = settings(3).open().unwrap().unwrap().joints().unwrap_err().to_string();
@@ -136,7 +141,7 @@ fn a_server_that_answers_nonsense_is_one_clear_error() {
     for answer in ["HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "hello\r\n\r\n"] {
         let (address, _) = serve(move |_| answer.to_owned());
         for controller in [
-            Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, log_in: None }),
+            Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, is_coupled: true, log_in: None }),
             Controller::Abb(AbbSettings { address: address.clone(), unit: "ROB_1".into(), log_in: None }),
         ] {
             let error = controller.open().unwrap().unwrap().joints().unwrap_err();
@@ -148,7 +153,7 @@ fn a_server_that_answers_nonsense_is_one_clear_error() {
     for controller in [
         Controller::Kuka(address.clone()),
         Controller::Ur(address.clone()),
-        Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, log_in: None }),
+        Controller::Fanuc(FanucSettings { address: address.clone(), group: 1, is_coupled: true, log_in: None }),
     ] {
         let read = controller.open().and_then(|reader| reader.unwrap().joints());
         let said = read.unwrap_err().to_string();

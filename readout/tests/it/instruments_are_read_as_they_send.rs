@@ -48,7 +48,7 @@ fn answering(texts: &'static [&'static str]) -> String {
 
 #[test]
 fn a_trigger_gives_the_point_that_follows_it() {
-    let address = answering(&["P1,1.5,-2.5,3\r\n", "status ok\r\nP2,+4,5,6e0\r\n", "P3;7;8;9"]);
+    let address = answering(&["P1,1.5,-2.5,3\r\n", "status ok\r\nP2,+4,5,6e0\r\n", "P3;7;8;9\r\n"]);
     let mut instrument =
         open(&format!("address = \"{address}\"\ntrigger = 'M'\nline = \"{{name}},{{x}},{{y}},{{z}}\"\ntimeout_s = 1"));
     let first = point(&mut instrument).unwrap();
@@ -162,6 +162,78 @@ fn an_instrument_may_be_the_one_that_connects() {
             }
         }
         assert!((seen - f64::from(k)).abs() < 1e-9, "of connection {k}: {seen}");
+    }
+}
+
+#[test]
+fn an_answer_that_is_late_is_no_other_point() {
+    // Every fourth answer comes after the wait has ended.
+    let address = serve(|mut stream| {
+        std::thread::spawn(move || {
+            while stream.read_exact(&mut [0]).is_ok() {
+                let k = LATE.fetch_add(1, Ordering::SeqCst);
+                if k.is_multiple_of(4) {
+                    std::thread::sleep(Duration::from_millis(700));
+                }
+                if stream.write_all(format!("{k},2,3\n").as_bytes()).is_err() {
+                    return;
+                }
+            }
+        });
+    });
+    let mut instrument = open(&format!("address = \"{address}\"\ntrigger = 'M'\ntimeout_s = 0.5"));
+    let (mut seen, mut missed) = (Vec::new(), 0);
+    for _ in 0..12 {
+        let next = LATE.load(Ordering::SeqCst);
+        match point(&mut instrument) {
+            Ok(point) => {
+                let of = point.position.x / MM;
+                assert!((of - next as f64).abs() < 1e-6, "the answer to {of} for {next}");
+                seen.push(of);
+            }
+            Err(_) => missed += 1,
+        }
+    }
+    assert_eq!((seen.len(), missed), (9, 3));
+}
+
+/// Triggers counted by the server of late answers.
+static LATE: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+
+#[test]
+fn a_part_of_a_line_is_no_line() {
+    // Once a line was ended, all are: a pause is none, and neither is a lost connection.
+    let address = serve(|mut stream| {
+        let mut count = 0;
+        while stream.read_exact(&mut [0]).is_ok() {
+            count += 1;
+            match count {
+                1 => stream.write_all(b"1,2,3\n").unwrap(),
+                2 => {
+                    stream.write_all(b"1,2,3").unwrap();
+                    std::thread::sleep(Duration::from_millis(900));
+                    stream.write_all(b"45.6\n").unwrap();
+                }
+                _ => {
+                    stream.write_all(b"1,2,3").unwrap();
+                    return;
+                }
+            }
+        }
+    });
+    let mut instrument = open(&format!("address = \"{address}\"\ntrigger = 'M'\ntimeout_s = 2"));
+    assert_eq!(mm(&point(&mut instrument).unwrap()), [1.0, 2.0, 3.0]);
+    assert_eq!(mm(&point(&mut instrument).unwrap()), [1.0, 2.0, 345.6]);
+    assert!(point(&mut instrument).is_err());
+}
+
+#[test]
+fn a_comma_that_separates_is_in_no_number() {
+    for line in ["1,2,3,4\n", "1,000.5,2,3\n", "1,2\n", "1,2,nan\n", "1,2,1e30\n"] {
+        let address = answering(Box::leak(Box::new([line])));
+        let mut instrument = open(&format!("address = \"{address}\"\ntrigger = 'M'\ntimeout_s = 0.3"));
+        let said = point(&mut instrument).unwrap_err().to_string();
+        assert!(said.contains("sent '"), "{line}: {said}");
     }
 }
 

@@ -54,6 +54,11 @@ fn what_is_wrong_is_named_with_its_remedy() {
         (format!("{text}line = \"{{j1}},{{q2}}\""), "controller.line: '{j1}' is not a field"),
         (format!("{text}line = \"{{q2}}\""), "controller.line: has no field {q1}"),
         (text.to_owned(), "controller.line: is missing"),
+        (format!("{text}line = \"{{q1}} {{q3}}\""), "controller.line: has joints beyond a gap after {q1}"),
+        (
+            format!("{text}line = \"{{q1}} {{q2}}\"\nunits = [\"rad\"]"),
+            "station.toml:6: controller.units: has 1 units, and there are 2 joints",
+        ),
         (format!("{typed}controller.joints = 40"), "controller.joints: 40 is not a number of joints; give 1 to 12"),
         (format!("{typed}still.automatic = true"), "station.toml:3: still.automatic: what is typed is not measured by itself"),
         (format!("{typed}still.wait_s = -1"), "still.wait_s: -1 is not a waiting time"),

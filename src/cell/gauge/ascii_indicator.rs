@@ -280,7 +280,7 @@ impl<P: Port> AsciiIndicator<P> {
 
     fn transmit(&mut self, command: &str) -> Result<(), IndicatorError> {
         // Sent in one write: radio links send each write as a packet of its own.
-        let request = format!("{command}\r");
+        let request = format!("{command}{}", self.settings.dialect.end);
         self.port.write_all(request.as_bytes()).and_then(|()| self.port.flush()).map_err(gone)?;
         self.traffic.sent += request.len() as u64;
         Ok(())

@@ -70,13 +70,15 @@ pub enum PresetManner {
     Driver,
 }
 
-/// A dialect: commands without their terminator, which is CR in all of them; `None` for commands that a dialect lacks.
+/// A dialect: commands without their terminator; `None` for commands that a dialect lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dialect {
     /// Name used in files.
     pub name: &'static str,
     /// Line settings of a cable.
     pub line: LineSettings,
+    /// Ends a command.
+    pub end: &'static str,
     /// Queries the value.
     pub read: &'static str,
     /// Queries the identity.
@@ -100,6 +102,7 @@ impl Dialect {
     pub const SYLVAC: Dialect = Dialect {
         name: "sylvac",
         line: LineSettings::OPTO_RS,
+        end: "\r",
         read: "?",
         identity: Some("ID?"),
         version: Some("VER?"),
@@ -130,6 +133,7 @@ impl Dialect {
     pub const MITUTOYO: Dialect = Dialect {
         name: "mitutoyo",
         line: LineSettings::VIRTUAL,
+        end: "\r",
         read: "1",
         identity: None,
         version: None,
@@ -140,8 +144,23 @@ impl Dialect {
         preset: PresetManner::Driver,
     };
 
+    /// Chicago Dial Indicator's digital indicators by USB-232 or RS-232: `R` gives `+003.1000 ,MM` CR LF (their page on the
+    /// protocol).
+    pub const CHICAGO: Dialect = Dialect { name: "chicago", read: "R", ..Dialect::MITUTOYO };
+
+    /// Heidenhain's display units ND 28x for length gauges: the character STX alone gives sign, ten characters, unit, class and
+    /// state, CR LF (ND 287 manual, II-6).
+    pub const HEIDENHAIN: Dialect = Dialect {
+        name: "heidenhain",
+        line: LineSettings { baud: 9600, ..LineSettings::OPTO_RS },
+        end: "",
+        read: "\u{2}",
+        ..Dialect::MITUTOYO
+    };
+
     /// All dialects.
-    pub const ALL: [Dialect; 4] = [Dialect::SYLVAC, Dialect::MAHR, Dialect::MAHR_C1202, Dialect::MITUTOYO];
+    pub const ALL: [Dialect; 6] =
+        [Dialect::SYLVAC, Dialect::MAHR, Dialect::MAHR_C1202, Dialect::MITUTOYO, Dialect::CHICAGO, Dialect::HEIDENHAIN];
 
     /// Returns the dialect of this name.
     pub fn named(name: &str) -> Option<Dialect> {

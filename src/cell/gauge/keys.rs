@@ -17,7 +17,7 @@ pub(crate) struct IndicatorKeys {
     port: Option<String>,
     /// `HOST:PORT`; either this or `port`.
     address: Option<String>,
-    /// The language of the instrument: `sylvac`, `mahr`, `mahr-c1202`, `mitutoyo`.
+    /// The language of the instrument: `sylvac`, `mahr`, `mahr-c1202`, `mitutoyo`, `chicago`, `heidenhain`.
     #[serde(default = "sylvac")]
     dialect: String,
     /// Settings of the serial line, such as `4800 7E2`; those of the dialect's cable if not given. `9600 8N1` for virtual

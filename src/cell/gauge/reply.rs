@@ -1,12 +1,13 @@
 //! Answers of an indicator as text.
 //!
 //! ```text
-//! reading : [channel] [sign] 1..4 digits ('.' | ',') 1..6 digits [tolerance] [unit]
+//! reading : [channel] [sign] 1..4 digits ('.' | ',') 1..6 digits [","] [inch] [tolerance] [state] [unit]
 //! fault   : "ERR" digit            0 sensor   1 incorrect command   2 parity error   3 measuring range exceeded
 //! ```
 //!
 //! Sylvac answers `+006.3500`, with `<`, `=` or `>` after it when its tolerance mode is on; Mahr puts the unit after the
-//! number; Mitutoyo's converters put `01A` before it. Sources: Käfer OPTO-RS manual, Sylvac MEM-PM 292-1806-01, Bowers UniCal
+//! number; Mitutoyo's converters put `01A` before it; Chicago a comma before the unit; Heidenhain the state of a series of
+//! measurements after the verdict, `S`, `A`, `G` or `D`, or the axis. Sources: Käfer OPTO-RS manual, Sylvac MEM-PM 292-1806-01, Bowers UniCal
 //! manual, Mahr Millimar C1208 manual, Mitutoyo 99MAF600B.
 
 use crate::units::{MM, UM};
@@ -98,6 +99,10 @@ impl GaugeReply {
     }
 }
 
+/// States of a series of measurements, and axes, after a value of Heidenhain's display units: smallest, actual, largest,
+/// difference; first, second, computed.
+const HEIDENHAIN_STATES: [&str; 7] = ["S", "A", "G", "D", "1", "2", "F"];
+
 /// Removes the channel: `01A` of Mitutoyo's converters, `1_` of Mahr's multi-channel instruments.
 fn without_channel(text: &str) -> &str {
     let digits = text.bytes().take_while(u8::is_ascii_digit).count();
@@ -119,12 +124,16 @@ fn reading(text: &str) -> Option<GaugeReading> {
         return None;
     }
     let (mut tolerance, mut unit) = (None, None);
-    let mut after = rest[decimals..].trim_start_matches([' ', '_']);
+    let mut after = rest[decimals..].trim_start_matches([' ', '_', ',']);
+    if let Some(more) = after.strip_prefix('"') {
+        unit = Some(DisplayUnit::Inch);
+        after = more.trim_start();
+    }
     if let Some(verdict) = after.chars().next().and_then(verdict) {
         tolerance = Some(verdict);
         after = after[1..].trim_start();
     }
-    if !after.is_empty() {
+    if !after.is_empty() && !HEIDENHAIN_STATES.contains(&after) {
         unit = Some(DisplayUnit::parse(after)?);
     }
     let value: f64 = format!("{}.{}", &text[..whole], &rest[..decimals]).parse().ok()?;

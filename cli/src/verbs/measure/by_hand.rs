@@ -32,7 +32,7 @@ pub fn run(station: &Path, robot: Option<&str>, output: &Path, resume: bool) -> 
         return Err(FileError::whole(output, "exists already", "give another name, or delete it").into());
     }
     let mut by_hand = ByHand::connect(&station).map_err(|e| hardware(&e))?;
-    let mut journal = Journal::open(output, by_hand.units(), None, resume)?;
+    let mut journal = Journal::open(output, by_hand.units(), Some(&station.conditions()), resume)?;
     let mut person = Person { operator: Operator::who_jogs(), waiting: Waiting::new(""), known };
     let ended = by_hand.run(&mut journal, &mut person);
     let Person { waiting, .. } = person;
@@ -41,6 +41,10 @@ pub fn run(station: &Path, robot: Option<&str>, output: &Path, resume: bool) -> 
     let interrupted = |why: String| Interrupted { why, what: POSTURES, kept, journal: path.clone() };
     match ended {
         Err(e) => return Err(interrupted(e.to_string()).into()),
+        Ok(Ended::Interrupted) if kept == 0 => {
+            journal.discard_empty()?;
+            return Err(Failure::from("interrupted; nothing was measured"));
+        }
         Ok(Ended::Interrupted) => return Err(interrupted("interrupted".into()).into()),
         Ok(Ended::Finished) if kept == 0 => {
             journal.discard_empty()?;

@@ -81,7 +81,14 @@ pub fn run(
         return points::run(
             &cell,
             &planned,
-            &PointsAsked { station, yes: arguments.operated.yes, output, resume, watch: arguments.watch },
+            &PointsAsked {
+                station,
+                yes: arguments.operated.yes,
+                output,
+                resume,
+                moved: arguments.moved,
+                watch: arguments.watch,
+            },
         );
     }
     if arguments.instrument.is_some() {

@@ -10,7 +10,7 @@ use calibench::measure::campaign::{Conditions, parts_by_payload};
 use calibench::measure::dataset::file::{DATASET_TOML, write_dataset};
 use calibench::measure::dataset::{Measured, Sample};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
-use calibench::measure::session::{FirstMotion, guard_conditions};
+use calibench::measure::session::FirstMotion;
 use calibench::units::MM;
 use calibench_readout::{
     CampaignStop, CampaignWatcher, Instrument, JointUnit, Journal, PointCampaign, Row, dataset_of, read_station,
@@ -36,6 +36,8 @@ pub struct PointsAsked<'a> {
     pub output: &'a Path,
     /// True if an interrupted campaign goes on.
     pub resume: bool,
+    /// True if something was moved since it was interrupted.
+    pub moved: bool,
     /// Port of the page on which it is watched, if it is.
     pub watch: Option<u16>,
 }
@@ -51,13 +53,20 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
         FileError::whole(station, "has no instrument that is connected", remedy)
     })?;
     if parts_by_payload(&plan.poses).len() > 1 || plan.poses.iter().any(|pose| pose.ball.is_some()) {
-        return Err("the plan mixes points with probings or payloads; make one plan of each".into());
+        return Err("the plan mixes points with probings, or payloads; make one plan of each".into());
     }
     check_output_folder(output, "dataset", DATASET_TOML)?;
+    if output.join(DATASET_TOML).exists() {
+        let remedy = "give another output, or move it away";
+        return Err(FileError::whole(output, "holds a dataset already, which is complete", remedy).into());
+    }
+    if asked.moved {
+        let remedy = "measure what follows the move into another dataset, and give both to `calibrate`";
+        return Err(format!("--moved is for a gauge, which is mastered again; {remedy}").into());
+    }
     let operator = Operator::new(asked.yes)?;
-    let under = Conditions::of(&plan.poses, &cell.dataset)
-        .and("instrument", format!("{settings:?}"))
-        .and_settings("guards", &guard_conditions(cell));
+    let under = Conditions::of(&plan.poses, &cell.dataset);
+    let under = settings.added_to(under);
     let units = vec![JointUnit::Rad; cell.dataset.robot.joints()];
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut instrument = Instrument::open(settings).map_err(|e| hardware(&e))?;
@@ -79,13 +88,21 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
     let log = motion_log(output)?;
     let mut robot = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(log));
     let stands = first.make(&mut robot).map_err(not_started)?;
-    let mut campaign = PointCampaign { plan, stop: operator.stop(), stands };
+    let mut campaign = PointCampaign { plan, cell: &cell.dataset, stop: operator.stop(), stands };
     let mut shown = Shown { waiting: Waiting::new(""), done: journal.rows().len(), wanted: plan.wanted(), watch };
     let ended = campaign.run(&mut robot, &mut instrument, &mut journal, &mut shown);
     drop(shown);
     let (kept, path) = (journal.rows().len(), journal.path().to_owned());
     let interrupted = |why: String| Interrupted { why, what: POINTS, kept, journal: path.clone() };
-    let missed = ended.map_err(|why: CampaignStop| interrupted(why.to_string()))?;
+    let missed = match ended {
+        Ok(missed) => missed,
+        // Nothing of it can be used.
+        Err(why @ CampaignStop::Nonsense { .. }) => {
+            journal.discard()?;
+            return Err(why.to_string().into());
+        }
+        Err(why) => return Err(interrupted(why.to_string()).into()),
+    };
     if kept == 0 {
         journal.discard_empty()?;
         return Err("nothing was measured".into());

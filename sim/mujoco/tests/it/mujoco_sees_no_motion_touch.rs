@@ -117,7 +117,7 @@ fn it_sees(name: &str, seed: u64, at_least: usize) {
     let ids = scenario.ball_ids();
     let ball_of = |leg: &[Vec<f64>; 2]| {
         let on_it = poses.iter().find(|p| leg.contains(&p.contact));
-        on_it.map_or(String::new(), |p| Solid::ball_name(&ids[p.ball]))
+        on_it.and_then(|p| p.ball).map_or(String::new(), |ball| Solid::ball_name(&ids[ball]))
     };
     let balls: Vec<String> = legs.iter().map(ball_of).collect();
     assert!(balls.iter().filter(|b| !b.is_empty()).count() >= 2 * poses.len());
