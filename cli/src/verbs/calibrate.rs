@@ -244,7 +244,11 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &from_anywhere(named))?;
     let guessed = if let Some(time) = arguments.every { guessed.every(time) } else { guessed };
     let (dataset, report) = guessed.import(&arguments.tables, &ImportOptions::default())?;
-    let rows = format!("Read: {} rows", dataset.samples.len());
+    let skipped = report.skipped.first().map(|first| {
+        let of_them = if report.skipped.len() == 1 { "" } else { "the first of them " };
+        format!(", {} skipped ({of_them}line {}: {})", report.skipped.len(), first.line, first.reason)
+    });
+    let rows = format!("Read: {} rows{}", dataset.samples.len(), skipped.unwrap_or_default());
     let said = |about: &str| guessed.reasons.iter().find(|reason| reason.starts_with(about)).cloned();
     let understood =
         [Some(rows), said("joints: "), said("positions: "), said("orientations: "), said("an orientation"), said("left out")];
