@@ -3,11 +3,13 @@
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream, ToSocketAddrs};
+use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use calibench::cell::gauge::open_socket;
 
 use crate::ReadoutError;
 
@@ -84,11 +86,11 @@ impl LineLink {
         let lost = |error: io::Error| ReadoutError::no_connection(whom, &error);
         let address = match end {
             End::Connect(address) => {
-                let stream = connect(address).map_err(lost)?;
+                let stream = open_socket(address, CONNECTING).map_err(lost)?;
                 let address = address.clone();
                 shared.state().stream = Some(stream.try_clone().map_err(lost)?);
                 let told = address.clone();
-                thread::spawn(move || theirs.read_on(Some(stream), || connect(&address), || None));
+                thread::spawn(move || theirs.read_on(Some(stream), || open_socket(&address, CONNECTING), || None));
                 told
             }
             End::Listen(address) => {
@@ -190,17 +192,6 @@ impl Drop for LineLink {
             drop(stream.shutdown(std::net::Shutdown::Both));
         }
     }
-}
-
-fn connect(address: &str) -> io::Result<TcpStream> {
-    let mut last = io::Error::new(ErrorKind::NotFound, "the name has no address");
-    for candidate in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&candidate, CONNECTING) {
-            Ok(stream) => return Ok(stream),
-            Err(e) => last = e,
-        }
-    }
-    Err(last)
 }
 
 impl Shared {

@@ -1,9 +1,8 @@
 //! Universal Robots: real-time data exchange, which needs no program and no remote control.
 
-use std::io;
-use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
+use calibench::cell::gauge::open_socket;
 use calibench_wire::ur::{Client, Recipes};
 
 use super::JointReader;
@@ -30,7 +29,7 @@ impl UrExchange {
     }
 
     fn start(&self) -> Result<Client, ReadoutError> {
-        let stream = connect(&self.address).map_err(|e| ReadoutError::no_connection(&self.whom(), &e))?;
+        let stream = open_socket(&self.address, PATIENCE).map_err(|e| ReadoutError::no_connection(&self.whom(), &e))?;
         let recipes = Recipes { outputs: &["actual_q"], inputs: &[] };
         Client::start(stream, &recipes, PATIENCE).map_err(|e| self.unread(&e))
     }
@@ -50,10 +49,4 @@ impl JointReader for UrExchange {
         self.client = Some(client);
         Ok(seen.six("actual_q").to_vec())
     }
-}
-
-fn connect(address: &str) -> io::Result<TcpStream> {
-    let mut addresses = address.to_socket_addrs()?;
-    let first = addresses.next().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the name has no address"))?;
-    TcpStream::connect_timeout(&first, PATIENCE)
 }
