@@ -3,7 +3,7 @@
 //! Goal: the code that centres a real robot is the same that centres the simulated one. The traits do not cover opening,
 //! addressing and configuring devices; their drivers ([`gauge`], [`kuka`], [`ur`]) do.
 
-mod cell_reading;
+pub mod cell_reading;
 mod driver;
 pub mod gauge;
 mod guarded;
@@ -23,7 +23,7 @@ mod stop_request;
 mod trical;
 pub mod ur;
 
-pub use cell_reading::CellReading;
+pub(crate) use cell_reading::CellReading;
 pub use driver::{ControllerFrames, ControllerState, Driver, DriverError};
 pub(crate) use guards_keys::{GuardsKeys, TriCalKeys};
 pub use indicator::{Indicator, IndicatorError};

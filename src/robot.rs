@@ -10,7 +10,6 @@ pub mod kinematics;
 mod link;
 mod posture_view;
 pub mod rel_tool;
-mod rigid_fit;
 pub mod robot_file;
 mod scene_file;
 pub mod sites;
@@ -26,7 +25,5 @@ pub use frame::{Frame, Vectors, rotation_vector};
 pub(crate) use frame::{angle_between, apart};
 pub(crate) use link::NEARLY_PARALLEL;
 pub use link::{FramePose, JointKind, Link, MdhLink, Pose};
-pub(crate) use rigid_fit::nearest_rotation;
-pub use rigid_fit::rigid_fit;
 #[cfg(feature = "schema")]
 pub(crate) use robot_file::robot_schema;

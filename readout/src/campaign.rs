@@ -4,12 +4,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use calibench::cell::{Manipulator, ManipulatorError, StopRequest};
 use calibench::files::FileError;
+use calibench::math::rigid_fit;
 use calibench::measure::campaign::{CampaignSettings, LastMotion};
 use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::robot::FramePose;
 use calibench::robot::kinematics::world_from_tool;
-use calibench::robot::{FramePose, rigid_fit};
 use calibench::units::{DEG, MM};
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;

@@ -5,7 +5,7 @@ mod keys;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use calibench::cell::CellReading;
+use calibench::cell::cell_reading::CellReading;
 use calibench::files::{FileError, parse_toml, read_text};
 use calibench::measure::campaign::Conditions;
 use calibench::measure::dataset::Dataset;

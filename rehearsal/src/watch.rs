@@ -4,12 +4,12 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use calibench::cell::StopRequest;
+use calibench::math::rigid_fit;
 use calibench::measure::campaign::{CampaignObserver, Progress};
 use calibench::measure::centring::{Iteration, Phase, Probing};
 use calibench::measure::dataset::{Dataset, Measured, Sample};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
 use calibench::robot::kinematics::world_from_tool;
-use calibench::robot::rigid_fit;
 use calibench::units::MM;
 use calibench_loopback::{Answer, Refusal, Site};
 use nalgebra::{Point3, Vector3};

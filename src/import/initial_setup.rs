@@ -9,10 +9,11 @@ use super::{ImportError, ImportReport};
 use crate::identify::problem::UNSTATED_SIGMA;
 use crate::identify::{Model, identify};
 use crate::math::positive_definite::cholesky;
+use crate::math::rigid_fit;
 use crate::measure::dataset::file::read_dataset;
 use crate::measure::dataset::{Dataset, Measured, NamedDataset, Noise, Sample, SampleSet};
 use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, Pose, angle_between, rigid_fit};
+use crate::robot::{FramePose, Pose, angle_between};
 use crate::units::DEG;
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.

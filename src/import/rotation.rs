@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
-use crate::robot::{nearest_rotation, rotation_vector};
+use crate::math::nearest_rotation;
+use crate::robot::rotation_vector;
 
 /// The way in which numbers state a rotation from the tool's to the world's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,8 +5,8 @@
  * @typedef {{ pose: string, ball: string | null, attempt: number }} Now
  * @typedef {{ pose: string, ball: string | null, failure: string | null, off_mm: number | null }} Outcome
  * @typedef {{
- *   what: string, wanted: number, now: Now | null, next: string | null, remaining_s: number | null, centring_mm: number[],
- *   tolerance_mm: number | null, results: Outcome[], is_stopping: boolean, ended: string | null
+ *   what: string, wanted: number, now: Now | null, next: string | null, remaining_s: number | null,
+ *   centring_mm: number[], tolerance_mm: number | null, results: Outcome[], is_stopping: boolean, ended: string | null
  * }} State
  */
 

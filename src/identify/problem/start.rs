@@ -9,10 +9,11 @@ use super::Use;
 use super::batch::BATCH;
 use crate::math::linalg;
 use crate::math::positive_definite::cholesky;
+use crate::math::{nearest_rotation, rigid_fit};
 use crate::measure::dataset::{Ball, Dataset, Measured, Sample};
 use crate::robot::kinematics::{BatchInput, Postures, world_from_tool};
 use crate::robot::sites::{Axis6, SiteIndex};
-use crate::robot::{FramePose, Robot, nearest_rotation, rigid_fit, rotation_vector};
+use crate::robot::{FramePose, Robot, rotation_vector};
 use crate::units::{DEG, MM};
 
 /// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,

@@ -9,8 +9,9 @@ use crate::import::initial_setup::flanges;
 use crate::import::rotation::RotationForm;
 use crate::import::unknown_table::{TARGETS, Table};
 use crate::math::nearest_rank;
+use crate::math::nearest_rotation;
 use crate::measure::dataset::Dataset;
-use crate::robot::{angle_between, nearest_rotation};
+use crate::robot::angle_between;
 use crate::units::DEG;
 
 /// Median angle, rad, between orientations as read and those of the nominal arm up to which they fit: an arm after a crash is a few

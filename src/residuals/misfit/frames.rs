@@ -9,8 +9,9 @@ use super::campaign::{Campaign, Seen};
 use super::row_blocks::RowBlocks;
 use crate::math::CHI2_MEDIAN;
 use crate::math::positive_definite::cholesky;
+use crate::math::rigid_fit;
 use crate::robot::kinematics::world_from_tool;
-use crate::robot::{FramePose, Pose, Robot, rigid_fit};
+use crate::robot::{FramePose, Pose, Robot};
 
 /// Degrees of freedom of the t distribution.
 pub(super) const NU: f64 = 4.0;

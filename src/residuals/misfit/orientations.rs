@@ -11,8 +11,9 @@ use super::orientation_slips::{Misread, all};
 use super::slip::Slip;
 use super::starts::fit;
 use crate::math::CHI2_MEDIAN;
+use crate::math::nearest_rotation;
 use crate::measure::dataset::Dataset;
-use crate::robot::{angle_between, nearest_rotation, rotation_vector};
+use crate::robot::{angle_between, rotation_vector};
 use crate::units::DEG;
 
 /// One-sigma of each angle of the links of a poorly assembled arm, rad: six plausible sizes of the catalogue.

@@ -1,12 +1,10 @@
 //! The rigid motion that best maps one set of points onto another (Kabsch 1976; proper rotations only).
 
-use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
-
-use super::Pose;
+use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
 /// The pose that minimises `sum |pose * from - to|²` over (from, to) pairs, m; `None` for fewer than three pairs or points
 /// on a line.
-pub fn rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
+pub fn rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<IsometryMatrix3<f64>> {
     if pairs.len() < 3 {
         return None;
     }
@@ -15,7 +13,7 @@ pub fn rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
     let to = pairs.iter().map(|(_, t)| t).sum::<Vector3<f64>>() / n;
     let covariance: Matrix3<f64> = pairs.iter().map(|(f, t)| (t - to) * (f - from).transpose()).sum();
     let rotation = nearest_rotation(&covariance)?;
-    Some(Pose::from_parts(Translation3::from(to - rotation * from), rotation))
+    Some(IsometryMatrix3::from_parts(Translation3::from(to - rotation * from), rotation))
 }
 
 /// The proper rotation that maximises the trace of its product with the transposed matrix; `None` if the matrix does not
@@ -37,7 +35,7 @@ mod tests {
 
     #[test]
     fn recovers_the_motion_that_made_the_points() {
-        let pose = Pose::from_parts(Translation3::new(0.3, -0.2, 0.9), Rotation3::from_euler_angles(2.8, -0.4, 1.9));
+        let pose = IsometryMatrix3::from_parts(Translation3::new(0.3, -0.2, 0.9), Rotation3::from_euler_angles(2.8, -0.4, 1.9));
         let points = [[0.0, 0.0, 0.0], [0.4, 0.1, 0.0], [0.1, 0.5, 0.2], [-0.3, 0.2, 0.6]].map(Vector3::from);
         let pairs: Vec<_> = points.iter().map(|p| (*p, pose.rotation * p + pose.translation.vector)).collect();
         let found = rigid_fit(&pairs).expect("four points in general position");
