@@ -165,7 +165,7 @@ fn facts(cell: &Cell, rehearsal: &Rehearsal) -> Vec<[String; 2]> {
         RobotSettings::Ur(settings) if let Some(payload) = &settings.payload => {
             all.push(fact("payload", format!("{:.3} kg", payload.mass)));
         }
-        _ => all.push(fact("payload", "as it is on the controller: enter that of the gauge there".into())),
+        _ => all.push(fact("payload", "as it is on the controller: enter what the flange carries there".into())),
     }
     for MotionTime { speed, time } in &rehearsal.times {
         let minutes = (time / 60.0).ceil();
@@ -174,7 +174,7 @@ fn facts(cell: &Cell, rehearsal: &Rehearsal) -> Vec<[String; 2]> {
                 RobotSettings::Ur(_) => format!("motions at a speed override of {} %", cell.speed_percent),
                 _ => format!("motions at {:.0} deg/s of the joint that turns most", speed / DEG),
             },
-            format!("{minutes:.0} min, and the centrings on top"),
+            format!("{minutes:.0} min, and the {} on top", if rehearsal.probes() { "centrings" } else { "points" }),
         ));
     }
     all

@@ -23,7 +23,7 @@ const SPEEDS: [f64; 3] = [5.0 * DEG, 15.0 * DEG, 60.0 * DEG];
 pub struct Rehearsal {
     /// The motions in their order, then those that may be needed.
     pub motions: Vec<Rehearsed>,
-    /// Number of probings.
+    /// Number of probings, or of points.
     pub probings: usize,
     /// Number of poses that are probed only in place of others.
     pub reserves: usize,
@@ -136,9 +136,14 @@ impl Rehearsal {
         }
     }
 
+    /// True if balls are probed; false if points are measured.
+    pub fn probes(&self) -> bool {
+        self.motions.iter().any(|motion| motion.ball.is_some())
+    }
+
     /// The whole in a sentence or two.
     pub fn verdict(&self) -> String {
-        let probings = format!("{} in {}", many(self.probings, "probing"), self.count());
+        let probings = format!("{} in {}", many(self.probings, if self.probes() { "probing" } else { "point" }), self.count());
         let against = [
             (self.forbidden(), "forbidden by the guards of the cell"),
             (self.off_their_balls(), "onto no ball"),

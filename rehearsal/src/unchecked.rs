@@ -7,7 +7,7 @@ use super::rehearsal::Rehearsal;
 
 /// What a rehearsal did not check, in sentences; never empty.
 pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
-    let probes = rehearsal.motions.iter().any(|motion| motion.ball.is_some());
+    let probes = rehearsal.probes();
     let mut all = Vec::new();
     match &cell.surroundings {
         None => all.push(
