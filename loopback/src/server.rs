@@ -100,11 +100,6 @@ impl<S: Site> Server<S> {
         Ok(Server { listener, desk, header_patience })
     }
 
-    /// The site.
-    pub fn site(&self) -> &S {
-        &self.desk.site
-    }
-
     /// Answers until what `until` waits for has happened; `announce` receives the page's address once that can happen.
     ///
     /// # Errors

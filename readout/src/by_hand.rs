@@ -1,7 +1,7 @@
 //! Measuring by hand: somebody jogs the arm from posture to posture; the program reads the joints, says when the arm is still, and
 //! writes down the point that was measured there.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use calibench::files::FileError;
 use calibench::units::MM;
@@ -9,7 +9,7 @@ use nalgebra::Point3;
 
 use crate::ReadoutError;
 use crate::joints::{Controller, JointReader, JointUnit};
-use crate::journal::{Journal, Row};
+use crate::journal::{Journal, Row, now_s};
 use crate::points::{Instrument, MeasuredPoint};
 use crate::station::Station;
 use crate::stillness::{Motion, Stillness};
@@ -166,7 +166,7 @@ impl<'a> ByHand<'a> {
                 Command::Nothing => {}
             }
             let Motion::Still(q) = motion else { continue };
-            let q: Vec<f64> = q.iter().zip(&self.units).map(|(q, unit)| q * unit.si()).collect();
+            let q = self.si(&q);
             let is_another = last.as_ref().is_none_or(|last| self.differs(last, &q));
             let is_due = is_wanted || (still.is_automatic && is_another);
             if !is_due {
@@ -218,7 +218,7 @@ impl<'a> ByHand<'a> {
                         Some(Command::End) => return Ok(Ended::Finished),
                         Some(_) => {}
                         None => match typed::numbers(&line, self.units.len()) {
-                            Some(values) => q = Some(values.iter().zip(&self.units).map(|(q, unit)| q * unit.si()).collect()),
+                            Some(values) => q = Some(self.si(&values)),
                             None => attendant.tell(&format!("These are not {} numbers.", self.units.len())),
                         },
                     },
@@ -283,9 +283,16 @@ impl<'a> ByHand<'a> {
         attendant: &mut dyn Attendant,
     ) -> Result<(), FileError> {
         let repeat = journal.rows().iter().rposition(|row| !self.differs(&row.q, &q));
-        let time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
         let point_m = [point.position.x, point.position.y, point.position.z];
-        journal.add(Row { time_s, q, point_m, name: point.name.clone(), pose: None, q_commanded: None, temp_c: None })?;
+        journal.add(Row {
+            time_s: now_s(),
+            q,
+            point_m,
+            name: point.name.clone(),
+            pose: None,
+            q_commanded: None,
+            temp_c: None,
+        })?;
         let rows = journal.rows();
         let [x, y, z] = point_m.map(|x| x / MM);
         let mean = match point.scatter {
@@ -324,6 +331,11 @@ impl<'a> ByHand<'a> {
         Some(format!("After {} postures {} only: turn further in the next ones.", rows.len(), narrow.join(", ")))
     }
 
+    /// Readings of the joints in SI.
+    fn si(&self, readings: &[f64]) -> Vec<f64> {
+        readings.iter().zip(&self.units).map(|(q, unit)| q * unit.si()).collect()
+    }
+
     fn differs(&self, a: &[f64], b: &[f64]) -> bool {
         let limit = |k: usize| if self.units[k].is_length() { ANOTHER_LENGTH } else { ANOTHER_ANGLE };
         a.iter().zip(b).enumerate().any(|(k, (a, b))| (a - b).abs() > limit(k))
@@ -334,16 +346,11 @@ impl<'a> ByHand<'a> {
         match motion {
             Motion::Moving { joint, by } => {
                 let unit = self.units.get(joint - 1).copied().unwrap_or(JointUnit::Deg);
-                let (by, unit) =
-                    if unit.is_length() { (by * unit.si() / MM, "mm") } else { ((by * unit.si()).to_degrees(), "deg") };
-                format!("{next}: joint {joint} moves ({by:.2} {unit})")
+                format!("{next}: joint {joint} moves ({:.2} {})", unit.outside(by * unit.si()), unit.outside_name())
             }
             Motion::Settling => format!("{next}: still, wait"),
             Motion::Still(q) => {
-                let q = q.iter().zip(&self.units).map(|(q, unit)| {
-                    let si = q * unit.si();
-                    format!("{:.2}", if unit.is_length() { si / MM } else { si.to_degrees() })
-                });
+                let q = q.iter().zip(&self.units).map(|(q, unit)| format!("{:.2}", unit.outside(q * unit.si())));
                 format!("{next}: still at {}", q.collect::<Vec<_>>().join(" "))
             }
         }

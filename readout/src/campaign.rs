@@ -1,7 +1,5 @@
 //! A campaign of points: the robot goes through the poses of a plan by itself, and an instrument measures a point in each.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use calibench::cell::{Manipulator, ManipulatorError, StopRequest};
 use calibench::files::FileError;
 use calibench::math::rigid_fit;
@@ -16,7 +14,7 @@ use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use crate::ReadoutError;
-use crate::journal::{Journal, Row};
+use crate::journal::{Journal, Row, now_s};
 use crate::points::Instrument;
 
 /// Motion of a joint while a point is measured that is too much, rad.
@@ -29,8 +27,6 @@ const MOST_MISSED: usize = 3;
 const JUDGED: usize = 5;
 /// Distance from the nominal arm that a target somewhere on the flange does not explain, m, rms.
 const FAR_OFF: f64 = 0.3;
-/// Fewest points that determine where the instrument is.
-const FEWEST: usize = 3;
 
 /// Why a campaign of points stopped.
 #[derive(Debug, Error)]
@@ -128,10 +124,11 @@ impl PointCampaign<'_> {
     /// The distance of the points from the nominal arm, its base fitted, m, rms; if it is more than an arm and a target that
     /// nobody has measured explain.
     fn nonsense(&self, rows: &[Row]) -> Option<f64> {
-        let Dataset { robot, base, tool, .. } = self.cell;
-        let nominal = |row: &Row| world_from_tool(robot, base, tool, &row.q).translation.vector;
-        let pairs: Vec<_> = rows.iter().map(|row| (nominal(row), Vector3::from(row.point_m))).collect();
-        let moved = (rows.len() == JUDGED).then(|| rigid_fit(&pairs)).flatten()?;
+        if rows.len() != JUDGED {
+            return None;
+        }
+        let pairs = pairs(self.cell, rows);
+        let moved = rigid_fit(&pairs)?;
         let off = |(from, to): &(Vector3<f64>, Vector3<f64>)| (moved * Point3::from(*from) - Point3::from(*to)).norm_squared();
         let apart = (pairs.iter().map(off).sum::<f64>() / pairs.len() as f64).sqrt();
         (apart > FAR_OFF).then_some(apart)
@@ -183,9 +180,8 @@ impl PointCampaign<'_> {
                 why = Some(ReadoutError::new("robot", problem, "see why the arm does not stand still"));
                 continue;
             }
-            let time_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
             return Ok(Ok(Row {
-                time_s,
+                time_s: now_s(),
                 q: after,
                 point_m: [point.position.x, point.position.y, point.position.z],
                 name: point.name,
@@ -198,13 +194,17 @@ impl PointCampaign<'_> {
     }
 }
 
+/// Where the nominal arm has the points of these rows, and where they were measured, m.
+fn pairs(cell: &Dataset, rows: &[Row]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let nominal = |row: &Row| world_from_tool(&cell.robot, &cell.base, &cell.tool, &row.q).translation.vector;
+    rows.iter().map(|row| (nominal(row), Vector3::from(row.point_m))).collect()
+}
+
 /// The dataset of a journal: the description of the cell, with the base where the points say that it is.
 ///
 /// The instrument's frame is anybody's choice: the base is the one that brings the nominal arm closest to its points. It is found,
 /// not stated.
 pub fn dataset_of(cell: &Dataset, plan: &ProbingPlan, rows: &[Row]) -> Dataset {
-    let nominal = |row: &Row| world_from_tool(&cell.robot, &cell.base, &cell.tool, &row.q).translation.vector;
-    let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = rows.iter().map(|row| (nominal(row), Vector3::from(row.point_m))).collect();
     let began = rows.first().map_or(0.0, |row| row.time_s);
     let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
     let samples = rows.iter().enumerate().map(|(k, row)| {
@@ -221,8 +221,7 @@ pub fn dataset_of(cell: &Dataset, plan: &ProbingPlan, rows: &[Row]) -> Dataset {
         }
     });
     let samples = samples.collect();
-    let found = (rows.len() >= FEWEST).then(|| rigid_fit(&pairs)).flatten();
-    match found {
+    match rigid_fit(&pairs(cell, rows)) {
         Some(moved) => {
             let base = FramePose::from_pose(&(moved * cell.base.pose()));
             // It pulls as it did before, seen from the arm.

@@ -47,6 +47,16 @@ impl JointUnit {
         }
     }
 
+    /// A value in SI as people read it: deg, or mm of a sliding joint.
+    pub fn outside(self, si: f64) -> f64 {
+        if self.is_length() { si / MM } else { si.to_degrees() }
+    }
+
+    /// The name of the unit that people read.
+    pub fn outside_name(self) -> &'static str {
+        if self.is_length() { "mm" } else { "deg" }
+    }
+
     /// True for the units of a sliding joint.
     pub fn is_length(self) -> bool {
         matches!(self, JointUnit::Mm | JointUnit::M)

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use calibench::files::{FileError, cannot_be_read, cannot_be_written};
 use calibench::measure::campaign::Conditions;
@@ -147,14 +148,13 @@ impl Journal {
         let unit = |k: usize| self.units.get(k).copied().unwrap_or(JointUnit::Deg);
         let joints = self.rows.first().map_or(0, |row| row.q.len());
         let is_named = self.rows.iter().any(|row| row.name.is_some());
-        let titles = (0..joints).map(|k| format!("q{}_{}", k + 1, if unit(k).is_length() { "mm" } else { "deg" }));
+        let titles = (0..joints).map(|k| format!("q{}_{}", k + 1, unit(k).outside_name()));
         let mut text = format!("time_s,{},x_mm,y_mm,z_mm", titles.collect::<Vec<_>>().join(","));
         text += if is_named { ",name\n" } else { "\n" };
         let began = self.rows.first().map_or(0.0, |row| row.time_s);
         for row in &self.rows {
-            let outside = |(k, q): (usize, &f64)| if unit(k).is_length() { q / MM } else { q.to_degrees() };
             text += &format!("{:.2}", row.time_s - began);
-            row.q.iter().enumerate().map(outside).for_each(|q| text += &format!(",{q:.6}"));
+            row.q.iter().enumerate().for_each(|(k, q)| text += &format!(",{:.6}", unit(k).outside(*q)));
             row.point_m.iter().for_each(|x| text += &format!(",{:.5}", x / MM));
             if is_named {
                 text += &format!(",\"{}\"", row.name.as_deref().unwrap_or_default().replace('"', "\"\""));
@@ -195,6 +195,11 @@ impl Journal {
         text.push('\n');
         self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data()).map_err(failed)
     }
+}
+
+/// The time by the wall clock, seconds since 1970.
+pub(crate) fn now_s() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
 /// Names and values of conditions.

@@ -53,8 +53,6 @@ struct Seen {
     results: Vec<Outcome>,
     /// True once a stop was requested, here or elsewhere.
     is_stopping: bool,
-    /// How it ended.
-    ended: Option<String>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -105,12 +103,6 @@ impl Watch {
         seen.results.push(outcome);
         let measured = seen.results.iter_mut().filter(|outcome| outcome.failure.is_none());
         measured.zip(off).for_each(|(outcome, off)| outcome.off_mm = Some(off / MM));
-    }
-
-    /// It has ended.
-    pub fn ended(&self, how: &str) {
-        let mut seen = self.seen();
-        (seen.now, seen.next, seen.remaining_s, seen.ended) = (None, None, None, Some(how.to_owned()));
     }
 
     fn seen(&self) -> MutexGuard<'_, Seen> {

@@ -6,7 +6,7 @@
  * @typedef {{ pose: string, ball: string | null, failure: string | null, off_mm: number | null }} Outcome
  * @typedef {{
  *   what: string, wanted: number, now: Now | null, next: string | null, remaining_s: number | null,
- *   centring_mm: number[], tolerance_mm: number | null, results: Outcome[], is_stopping: boolean, ended: string | null
+ *   centring_mm: number[], tolerance_mm: number | null, results: Outcome[], is_stopping: boolean
  * }} State
  */
 
@@ -137,13 +137,11 @@ function tell(state) {
   const place = now ? `${now.pose}${now.ball ? `, ball ${now.ball}` : ""}` : "";
   const then = state.next ? ` Next: ${state.next}.` : "";
   const again = now && now.attempt > 1 ? `, attempt ${now.attempt}` : "";
-  return state.ended
-    ? `${counted}. ${state.ended}`
-    : state.is_stopping
-      ? `${counted}. A stop was requested.`
-      : now
-        ? `${counted}. Now: ${place}${again}.${then}${minutes}`
-        : `${counted}. Not begun yet: the terminal asks.`;
+  return state.is_stopping
+    ? `${counted}. A stop was requested.`
+    : now
+      ? `${counted}. Now: ${place}${again}.${then}${minutes}`
+      : `${counted}. Not begun yet: the terminal asks.`;
 }
 
 const button = /** @type {HTMLButtonElement} */ (byId("stop"));
@@ -157,8 +155,8 @@ function show(state) {
   if (sentence !== byId("state").textContent) byId("state").textContent = sentence;
   bar.max = state.wanted;
   bar.value = state.results.filter(({ failure }) => failure === null).length;
-  button.disabled = state.is_stopping || state.ended !== null;
-  if (state.is_stopping && !state.ended) button.textContent = "Stop requested";
+  button.disabled = state.is_stopping;
+  if (state.is_stopping) button.textContent = "Stop requested";
   drawCentring(state);
   const results = JSON.stringify(state.results);
   if (results !== shown) {

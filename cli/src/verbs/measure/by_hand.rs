@@ -41,15 +41,12 @@ pub fn run(station: &Path, robot: Option<&str>, output: &Path, resume: bool) -> 
     let interrupted = |why: String| Interrupted { why, what: POSTURES, kept, journal: path.clone() };
     match ended {
         Err(e) => return Err(interrupted(e.to_string()).into()),
-        Ok(Ended::Interrupted) if kept == 0 => {
-            journal.discard_empty()?;
-            return Err(Failure::from("interrupted; nothing was measured"));
+        Ok(ended) if kept == 0 => {
+            journal.discard()?;
+            let said = if ended == Ended::Interrupted { "interrupted; nothing was measured" } else { "nothing was measured" };
+            return Err(said.into());
         }
         Ok(Ended::Interrupted) => return Err(interrupted("interrupted".into()).into()),
-        Ok(Ended::Finished) if kept == 0 => {
-            journal.discard_empty()?;
-            return Err("nothing was measured".into());
-        }
         Ok(Ended::Finished) => journal.finish().map_err(|e| interrupted(e.to_string()))?,
     }
     let table = output.display();

@@ -104,7 +104,7 @@ pub fn run(cell: &Cell, plan: &ProbingPlan, asked: &PointsAsked<'_>) -> Result<O
         Err(why) => return Err(interrupted(why.to_string()).into()),
     };
     if kept == 0 {
-        journal.discard_empty()?;
+        journal.discard()?;
         return Err("nothing was measured".into());
     }
     let dataset = dataset_of(&cell.dataset, plan, journal.rows());
