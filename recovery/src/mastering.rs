@@ -89,8 +89,8 @@ impl Controller {
     /// What to enter for a revolute joint whose zero changed.
     ///
     /// ```
-    /// use calibench::recovery::ZeroChange;
-    /// use calibench::recovery::mastering::{Controller, Drive};
+    /// use calibench_recovery::ZeroChange;
+    /// use calibench_recovery::mastering::{Controller, Drive};
     /// use calibench::units::DEG;
     ///
     /// // The arm stands 0.5 deg further than the controller shows: the motor's offset is to be less.
