@@ -17,6 +17,7 @@ mod a_printed_socket_names_the_joint;
 mod a_recorded_session_replays;
 mod a_run_of_bad_samples_is_found;
 mod a_slip_beside_the_arm_is_told_from_it;
+mod a_ur5e_stands_where_its_maker_says;
 mod an_indicator_answers_or_is_named;
 mod arms_on_rails_are_identified;
 mod bad_input_is_one_clear_error;
