@@ -292,6 +292,7 @@ impl<'a> ByHand<'a> {
             pose: None,
             q_commanded: None,
             temp_c: None,
+            tau: None,
         })?;
         let rows = journal.rows();
         let [x, y, z] = point_m.map(|x| x / MM);

@@ -188,6 +188,7 @@ impl PointCampaign<'_> {
                 pose: Some(pose.id.clone()),
                 q_commanded: robot.commanded(),
                 temp_c: robot.temperature_c(),
+                tau: robot.torques(),
             }));
         }
         Ok(Err(why.unwrap_or_else(|| ReadoutError::new("instrument", "no point", "see whether it measures"))))
@@ -215,6 +216,7 @@ pub fn dataset_of(cell: &Dataset, plan: &ProbingPlan, rows: &[Row]) -> Dataset {
             payload: pose.map_or(0, |pose| pose.payload),
             time_s: Some(row.time_s - began),
             temp_c: row.temp_c,
+            tau: row.tau.clone(),
             q_commanded: row.q_commanded.clone(),
             approach: Some(motion.signs().to_vec()),
             ..Sample::new(id, row.q.clone(), Measured::Point(Vector3::from(row.point_m)))

@@ -37,6 +37,9 @@ pub struct Row {
     /// Temperature of the robot, °C, where it reports one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temp_c: Option<f64>,
+    /// Moment of the load about each joint, N·m (N), where the controller measures it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tau: Option<Vec<f64>>,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -47,6 +47,10 @@ pub struct ControllerState {
     pub emergency_stop: Option<bool>,
     /// Speed override, %.
     pub speed_percent: f64,
+    /// Mass of the payload that it computes with, kg; `None` if it is not known.
+    pub payload_kg: Option<f64>,
+    /// Mass of the payload that [`Driver::prepare`] tells it, kg; `None` if it tells none.
+    pub told_payload_kg: Option<f64>,
     /// Reason why the robot may not move now, if any.
     pub unfit: Option<String>,
     /// The pending order of an earlier session, if any, and the remedy.

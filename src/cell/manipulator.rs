@@ -85,6 +85,11 @@ pub trait Manipulator {
     fn temperature_c(&mut self) -> Option<f64> {
         None
     }
+
+    /// Moment of the load about each joint's axis, N·m (N), if the controller measures it at rest; the drive holds the opposite.
+    fn torques(&mut self) -> Option<Vec<f64>> {
+        None
+    }
 }
 
 impl<T: Manipulator + ?Sized> Manipulator for &mut T {
@@ -114,5 +119,9 @@ impl<T: Manipulator + ?Sized> Manipulator for &mut T {
 
     fn temperature_c(&mut self) -> Option<f64> {
         (**self).temperature_c()
+    }
+
+    fn torques(&mut self) -> Option<Vec<f64>> {
+        (**self).torques()
     }
 }

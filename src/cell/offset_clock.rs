@@ -42,4 +42,8 @@ impl<M: Manipulator> Manipulator for OffsetClock<M> {
     fn temperature_c(&mut self) -> Option<f64> {
         self.robot.temperature_c()
     }
+
+    fn torques(&mut self) -> Option<Vec<f64>> {
+        self.robot.torques()
+    }
 }

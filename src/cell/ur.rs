@@ -12,4 +12,4 @@ mod settings;
 pub(crate) use keys::UrKeys;
 pub use link::UrError;
 pub use robot::{UrRobot, numbers_of, pose_of};
-pub use settings::{UrMotion, UrPayload, UrSettings};
+pub use settings::{UrMotion, UrPayload, UrSettings, UrTorques};

@@ -81,6 +81,9 @@ pub struct Centred {
     pub commanded: Option<Vec<f64>>,
     /// Temperature of the robot, °C, if it reports one.
     pub temp_c: Option<f64>,
+    /// Moment of the load about each joint, N·m (N), if the controller measures it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torques: Option<Vec<f64>>,
 }
 
 /// Centres balls with a robot and a mastered TriCal, which it owns.
@@ -257,8 +260,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
 
     /// The ball, centred at this stop after this number of steps.
     pub(super) fn centred(&mut self, at: &Iteration, reading: Vector3<f64>, steps: usize) -> Centred {
-        let (commanded, temp_c) = (self.robot.commanded(), self.robot.temperature_c());
-        Centred { joints: at.joints.clone(), reading, time_s: at.time_s, steps, commanded, temp_c }
+        let (commanded, temp_c, torques) = (self.robot.commanded(), self.robot.temperature_c(), self.robot.torques());
+        Centred { joints: at.joints.clone(), reading, time_s: at.time_s, steps, commanded, temp_c, torques }
     }
 
     /// Finds the reason why an indicator reports its plunger beyond its range: exchanged indicators, or only the stop. A single

@@ -12,7 +12,10 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{check_outputs, print_answer, print_json};
 use crate::terminal::progress::Trials;
 use crate::terminal::streams::output;
-use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, classes_text, designs, suite_text, tally};
+use calibench_lab::suite::{
+    Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, classes_text, designs, reliability, reliability_text, suite_text,
+    tally,
+};
 use calibench_sim::scenario::Scenario;
 
 #[derive(clap::Args)]
@@ -78,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&json!({
             "format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "for_reporting": seed >= FIRST_REPORTING_SEED,
-            "advice": followed, "classes": rows, "tally": tally,
+            "advice": followed, "classes": rows, "tally": tally, "reliability": reliability(&outcomes),
         }))?;
     } else {
         if seed < FIRST_REPORTING_SEED {
@@ -86,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         print_answer(classes_text(&rows, arguments.advice))?;
         print_answer(suite_text(&tally))?;
+        print_answer(reliability_text(&reliability(&outcomes)))?;
     }
     Ok(Outcome::Done)
 }

@@ -3,6 +3,7 @@
 
 mod a_campaign_measures_no_more_than_it_needs;
 mod a_check_goes_from_plan_to_history;
+mod a_check_says_what_will_be_set;
 mod a_crash_goes_from_touches_to_values;
 mod a_designed_artifact_keeps_its_promise;
 mod a_diagnosis_says_what_to_do;
@@ -18,6 +19,7 @@ mod a_robot_of_a_urdf_is_calibrated;
 mod a_step_is_judged_before_it_is_taken;
 mod a_study_is_the_same_however_it_is_cut;
 mod a_universal_robot_is_driven_or_named;
+mod a_universal_robot_tells_its_torques;
 mod advice_is_held_to_rows_left_out;
 mod bad_input_ends_in_one_clear_error;
 mod calibrate_is_one_command;

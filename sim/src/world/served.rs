@@ -1,6 +1,7 @@
 //! Interface of a served cell to its world beyond the procedure's view: an external clock, and motions by joints.
 
 use calibench::cell::ManipulatorError;
+use calibench::robot::statics::Payload;
 use calibench::units::MM;
 
 use super::SharedWorld;
@@ -19,6 +20,17 @@ impl SharedWorld {
     /// Joint angles that the controller commands, rad (N).
     pub fn commanded(&self) -> Vec<f64> {
         self.0.borrow().joints.commanded().to_vec()
+    }
+
+    /// The payload that is really on the flange.
+    pub fn true_payload(&self) -> Payload {
+        let world = self.0.borrow();
+        world.payloads.get(world.payload).cloned().unwrap_or_else(Payload::none)
+    }
+
+    /// Sign of each joint's last motion; 0 if it never moved.
+    pub fn last_motion(&self) -> Vec<i8> {
+        self.0.borrow().joint_motion.signs().to_vec()
     }
 
     /// Duration of a joint motion to `target` (rad, N) at full speed, s.

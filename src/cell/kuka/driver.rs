@@ -15,6 +15,8 @@ impl Driver for KukaRobot {
             program: state.program,
             emergency_stop: state.emergency_stop,
             speed_percent: state.speed,
+            payload_kg: None,
+            told_payload_kg: None,
         })
     }
 

@@ -29,6 +29,8 @@ impl Driver for UrRobot {
             program: if runs { format!("{program}: calibench") } else { program },
             emergency_stop: Some(EMERGENCY.contains(&safety)),
             speed_percent: 100.0 * seen.real("target_speed_fraction"),
+            payload_kg: Some(seen.real("payload")),
+            told_payload_kg: self.settings.payload.map(|payload| payload.mass),
         })
     }
 

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{UrMotion, UrPayload, UrSettings};
+use super::{UrMotion, UrPayload, UrSettings, UrTorques};
 use crate::cell::patience::PatienceKeys;
 use crate::cell::robot_settings::{FlangeKeys, RobotKeys, slow};
 use crate::cell::{CellReading, RobotKind, RobotSettings};
@@ -29,6 +29,8 @@ pub(crate) struct UrKeys {
     flange: FlangeKeys,
     /// Payload that the controller is told before the first motion; without it, the one set there remains.
     payload: Option<PayloadKeys>,
+    /// If given, every sample has the moments of the joints, from the currents that hold them.
+    torques: Option<TorqueKeys>,
     /// Speeds at a speed override of 100 %.
     #[serde(default)]
     motion: MotionKeys,
@@ -47,6 +49,16 @@ struct PayloadKeys {
     mass_kg: f64,
     /// Their centre of mass in the flange, mm.
     com_mm: [f64; 3],
+}
+
+/// The moments of the joints.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct TorqueKeys {
+    /// Torque of each joint's drive per ampere, N·m/A; without it, the controller's own conversion is read, which its software has from
+    /// 5.23 or 10.11 on.
+    nm_per_a: Option<[f64; 6]>,
 }
 
 /// Speeds and accelerations.
@@ -86,6 +98,9 @@ const JOINTS: usize = 6;
 /// Heaviest payload of the series, kg, with some reserve: more is a mistake of units.
 const HEAVIEST: f64 = 50.0;
 
+/// Range of the torque per ampere after the gear, N·m/A: 7 of the smallest joints, 25 of the largest, with some reserve.
+const PER_AMPERE: [f64; 2] = [2.0, 60.0];
+
 impl RobotKeys for UrKeys {
     fn speed_percent(&self) -> u8 {
         self.speed_percent
@@ -103,6 +118,7 @@ impl RobotKeys for UrKeys {
         }
         reading.address("robot.address", &self.address)?;
         let payload = self.payload.as_ref().map(|keys| keys.payload(reading)).transpose()?;
+        let torques = self.torques.as_ref().map(|keys| keys.torques(reading)).transpose()?;
         let within = |key: &str, value: f64, [least, most]: [f64; 2]| {
             let key = format!("robot.motion.{key}");
             if (least..=most).contains(&value) {
@@ -118,6 +134,7 @@ impl RobotKeys for UrKeys {
         Ok(RobotSettings::Ur(UrSettings {
             address: self.address.clone(),
             payload,
+            torques,
             motion: UrMotion {
                 joint_speed: within("joint_speed_deg_s", keys.joint_speed_deg_s, [0.1, 360.0])? * DEG,
                 joint_acceleration: within("joint_acceleration_deg_s2", keys.joint_acceleration_deg_s2, [1.0, 2300.0])? * DEG,
@@ -126,6 +143,20 @@ impl RobotKeys for UrKeys {
             },
             patience: self.patience.patience(reading)?,
         }))
+    }
+}
+
+impl TorqueKeys {
+    fn torques(&self, reading: &CellReading<'_>) -> Result<UrTorques, FileError> {
+        let Some(factors) = self.nm_per_a else { return Ok(UrTorques::Converted) };
+        match factors.iter().find(|factor| !(PER_AMPERE[0]..=PER_AMPERE[1]).contains(*factor)) {
+            Some(factor) => {
+                let problem = format!("{factor} N·m/A is not what a joint of a Universal Robot exerts");
+                let remedy = format!("give N·m per ampere after the gear, {} to {}", PER_AMPERE[0], PER_AMPERE[1]);
+                Err(reading.wrong("robot.torques.nm_per_a", problem, &remedy))
+            }
+            None => Ok(UrTorques::PerAmpere(factors)),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use calibench_wire::ur::registers::{self, ACTION, ALIVE, BEGIN, CANCEL, DONE, OR
 use calibench_wire::ur::{CartesianInfo, Client, ClientError, Datum, PROGRAM, Recipes, Seen, StateMessageReader, ports};
 use thiserror::Error;
 
-use super::UrSettings;
+use super::{UrSettings, UrTorques};
 use crate::cell::ManipulatorError;
 use crate::cell::gauge::Traffic;
 use crate::cell::socket::connect;
@@ -34,6 +34,12 @@ pub enum UrError {
         /// Address.
         address: String,
     },
+    /// The software does not convert currents to torques.
+    #[error("its software does not tell torques ({error}): give robot.torques.nm_per_a, the N·m per ampere of each joint")]
+    NoTorques {
+        /// What is missing.
+        error: ClientError,
+    },
     /// The secondary interface takes no program.
     #[error("{address} takes no program: {error}")]
     NotSent {
@@ -47,9 +53,8 @@ pub enum UrError {
 impl From<UrError> for ManipulatorError {
     fn from(error: UrError) -> Self {
         match error {
-            UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version) => {
-                ManipulatorError::Refused { reason: error.to_string() }
-            }
+            UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version)
+            | UrError::NoTorques { .. } => ManipulatorError::Refused { reason: error.to_string() },
             _ => ManipulatorError::Lost { detail: error.to_string() },
         }
     }
@@ -206,11 +211,16 @@ impl Link {
     }
 
     fn connect(&self) -> Result<Client, UrError> {
-        let UrSettings { address, patience, .. } = &self.settings;
+        let UrSettings { address, patience, torques, .. } = &self.settings;
         let stream =
             connect(address, patience.connect).map_err(|error| UrError::NoConnection { address: address.clone(), error })?;
-        let recipes = Recipes { outputs: &OUTPUTS, inputs: &INPUTS };
-        Ok(Client::start(stream, &recipes, patience.answer)?)
+        let asked = torques.map(UrTorques::variable);
+        let outputs: Vec<&str> = OUTPUTS.into_iter().chain(asked).collect();
+        let recipes = Recipes { outputs: &outputs, inputs: &INPUTS };
+        Client::start(stream, &recipes, patience.answer).map_err(|error| match error {
+            ClientError::Unknown { ref name, .. } if Some(name.as_str()) == asked => UrError::NoTorques { error },
+            error => error.into(),
+        })
     }
 
     /// The tool as the controller's state message has it.
@@ -262,5 +272,9 @@ impl Link {
 }
 
 fn is_of_connection(error: &UrError) -> bool {
-    !matches!(error, UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version))
+    !matches!(
+        error,
+        UrError::NoTorques { .. }
+            | UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version)
+    )
 }

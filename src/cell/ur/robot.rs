@@ -36,6 +36,9 @@ const FREEDRIVE: i64 = 1 << 2;
 /// Longest time for a cancelled motion to end.
 const BRAKING: Duration = Duration::from_secs(2);
 
+/// Readings of which a moment is the mean: a tenth of a second on an e-Series.
+const TORQUE_READINGS: usize = 25;
+
 /// Attempts to have an order confirmed in time.
 const TRIES: usize = 3;
 
@@ -353,6 +356,16 @@ impl Manipulator for UrRobot {
         let joints = self.link.state().ok()?.six("joint_temperatures");
         // A controller that knows none reports zeros.
         joints.iter().all(|t| *t != 0.0).then(|| joints.iter().sum::<f64>() / joints.len() as f64)
+    }
+
+    fn torques(&mut self) -> Option<Vec<f64>> {
+        let torques = self.settings.torques?;
+        let mut mean = [0.0; 6];
+        for _ in 0..TORQUE_READINGS {
+            let values = self.link.state().ok()?.six(torques.variable());
+            mean.iter_mut().zip(values).for_each(|(mean, value)| *mean += value / TORQUE_READINGS as f64);
+        }
+        Some(torques.load(mean))
     }
 }
 

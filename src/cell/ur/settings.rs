@@ -12,6 +12,8 @@ pub struct UrSettings {
     pub address: String,
     /// Payload that the controller is told; `None` leaves it as it is.
     pub payload: Option<UrPayload>,
+    /// Where the moments of the joints come from; `None` if they are not asked for.
+    pub torques: Option<UrTorques>,
     /// Speeds at a speed override of 100 %.
     pub motion: UrMotion,
     /// Timeouts.
@@ -25,6 +27,33 @@ pub struct UrPayload {
     pub mass: f64,
     /// Centre of mass in the flange, m.
     pub com: [f64; 3],
+}
+
+/// What tells the moments of the joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum UrTorques {
+    /// The controller, which converts the currents itself (software 5.23 or 10.11 on).
+    Converted,
+    /// The currents, and the torque that a joint's drive exerts per ampere, N·m/A.
+    PerAmpere([f64; 6]),
+}
+
+impl UrTorques {
+    /// The variable of RTDE that is read.
+    pub(super) fn variable(self) -> &'static str {
+        match self {
+            UrTorques::Converted => "actual_current_as_torque",
+            UrTorques::PerAmpere(_) => "actual_current",
+        }
+    }
+
+    /// The moments of the load, N·m, with these values of the variable: the drives hold against them.
+    pub(super) fn load(self, values: [f64; 6]) -> Vec<f64> {
+        match self {
+            UrTorques::Converted => values.iter().map(|torque| -torque).collect(),
+            UrTorques::PerAmpere(factors) => values.iter().zip(factors).map(|(current, factor)| -factor * current).collect(),
+        }
+    }
 }
 
 /// Speeds and accelerations at a speed override of 100 %.

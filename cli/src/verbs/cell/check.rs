@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use calibench::cell::gauge::{CellIndicator, Traffic};
-use calibench::cell::{Indicator, IndicatorError, StopRequest};
+use calibench::cell::{ControllerFrames, Indicator, IndicatorError, StopRequest};
 use calibench::measure::campaign::cell::{Cell, read_cell};
+use calibench::robot::statics::Payload;
 use calibench::robot::{FramePose, rotation_vector};
 use calibench::units::{DEG, MM, UM};
 use calibench_report::plain_table;
@@ -84,7 +85,7 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
     let outside = cell.guards.joint_motion(&joints, &joints).err();
     let (distance, angle) = cell.disagreement(robot.as_mut(), &joints).map_err(|e| e.to_string())?;
     let model = disagreement_verdict(distance, angle);
-    let tool = robot.frames().map_err(|e| e.to_string())?.flange_from_tool;
+    let ControllerFrames { root_from_base, flange_from_tool: tool, .. } = robot.frames().map_err(|e| e.to_string())?;
     let step = tool.pose().inv_mul(&cell.flange_from_tool().pose());
     let (moved, turned) = (step.translation.vector.norm(), rotation_vector(&step.rotation).norm());
     let list = |values: &[f64], unit: f64| values.iter().map(|v| format!("{:.3}", v / unit)).collect::<Vec<_>>().join(", ");
@@ -102,6 +103,7 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
     let sets_speed = state.speed_percent.round() as i64 != i64::from(cell.speed_percent);
     let sets_tool = moved > SAME_TOOL.0 || turned > SAME_TOOL.1;
     let will_set = |differs: bool, to: String| if differs { format!("measure sets {to}") } else { String::new() };
+    let payload = payload_verdict(&cell.dataset.payloads, state.payload_kg, state.told_payload_kg);
     let millimetres = |pose: &FramePose| list(&pose.xyz, MM);
     let rows = vec![
         row("operating mode", state.mode, fails(state.unfit)),
@@ -116,6 +118,8 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
                 format!("{}, turned by {:.2} deg from it", millimetres(&cell.flange_from_tool()), turned / DEG),
             ),
         ),
+        row("base mm, in its root", millimetres(&root_from_base), String::new()),
+        row("payload kg", state.payload_kg.map_or("not known".into(), |is| format!("{is:.3}")), payload),
         row("joints deg", list(&joints, DEG), outside.map(|why| why.to_string()).unwrap_or_default()),
         row("TCP mm, world", list(cell.guards.tcp(&joints).as_slice(), MM), String::new()),
         row(
@@ -126,6 +130,23 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
         row("bytes", format!("{sent} sent, {received} received"), String::new()),
     ];
     Ok((rows, fit))
+}
+
+/// Largest difference of two payloads that are the same, kg: a pendant's digits, and a cable.
+const SAME_PAYLOAD: f64 = 0.05;
+
+/// What becomes of the payload that the controller computes with: a wrong one ends in protective stops.
+fn payload_verdict(payloads: &[Payload], is: Option<f64>, told: Option<f64>) -> String {
+    let Some(is) = is else { return String::new() };
+    let differs = |mass: f64| (mass - is).abs() > SAME_PAYLOAD;
+    match told {
+        Some(told) if differs(told) => format!("measure sets {told:.3}"),
+        None if payloads.iter().all(|payload| differs(payload.mass)) => {
+            let masses: Vec<String> = payloads.iter().map(|payload| format!("{:.3}", payload.mass)).collect();
+            format!("not that of the dataset ({}): set it, or give robot.payload", masses.join(", "))
+        }
+        _ => String::new(),
+    }
 }
 
 /// Discrepancy between the flanges of controller and model that indicates another arm or another flange, m and rad: a nominal

@@ -41,6 +41,7 @@ pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visibl
     let outcome = Outcome {
         verdict: Some(diagnosis.verdict),
         top: top.map_or_else(String::new, name),
+        top_probability: top.map_or(0.0, |finding| finding.probability),
         rivals: top.map_or_else(String::new, |f| f.rivals.join(" ")),
         top3_right: top3.iter().any(|e| is_true(e)),
         top3: top3.join(" "),

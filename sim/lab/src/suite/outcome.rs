@@ -20,8 +20,9 @@ pub struct Outcome {
     /// Verdict of the diagnosis; `not_measured` in files if there is none, because the balls could not be centred.
     #[serde(serialize_with = "by_name")]
     pub verdict: Option<Verdict>,
-    /// The best finding, and those aliased with it.
+    /// The best finding, its probability, and those aliased with it.
     pub top: String,
+    pub top_probability: f64,
     pub rivals: String,
     pub top3: String,
     pub set95: String,

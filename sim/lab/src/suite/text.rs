@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use calibench_report::{Printout, plain_table};
 
-use super::{ClassRow, Share, Tally};
+use super::{ClassRow, Reliability, Share, Tally};
 
 /// One line per class, the worst first; `by_ladder` tells whether the ladder's advice was followed.
 /// A row for each class of what was hidden.
@@ -98,6 +98,23 @@ pub fn suite_text(t: &Tally) -> Printout {
     out.push(plain_table(["visible", "trials", "found", "found and right"], power));
     out.push("\n\nWHICH EFFECT WAS MISTAKEN FOR WHICH, one effect hidden\n");
     out + plain_table(["hidden", "said", "something else"], confusion(&t.families))
+}
+
+/// How often an effect that was named with a probability is a hidden one.
+pub fn reliability_text(rows: &[Reliability]) -> Printout {
+    let header = ["hidden", "probability said", "claims", "mean", "right", "95 %"];
+    let cells = rows.iter().map(|r| {
+        [
+            if r.kind.is_empty() { "any".into() } else { r.kind.into() },
+            format!("{} to {}", r.from, r.to),
+            r.right.of.to_string(),
+            format!("{:.3}", r.said),
+            share(r.right),
+            format!("{:.3} to {:.3}", r.right_95[0], r.right_95[1]),
+        ]
+    });
+    Printout::from("RELIABILITY: the probability said of the first effect named, and how often it is a hidden one\n".to_owned())
+        + plain_table(header, cells.collect())
 }
 
 /// A ratio, or a dash if no trial gives one.

@@ -6,9 +6,11 @@ use std::rc::Rc;
 
 use calibench::cell::Manipulator;
 use calibench::cell::ur::{numbers_of, pose_of};
+use calibench::robot::statics::{DEFAULT_GRAVITY, Loads};
 use calibench::robot::{Pose, Robot};
 use calibench_wire::ur::modes::{NORMAL, PAUSED, PLAYING, POWER_OFF, PROTECTIVE_STOP, ROBOT_EMERGENCY_STOP, RUNNING, STOPPED};
 use calibench_wire::ur::{DataType, Datum, input_type, output_type};
+use nalgebra::Vector3;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
@@ -17,6 +19,15 @@ use crate::floor::Floor;
 
 /// `joint_mode` of a joint that can move.
 const JOINT_RUNNING: i64 = 253;
+
+/// Nominal torque of the drives per ampere after the gear, N·m/A: of the size that is measured at these arms (assumed).
+const NM_PER_A: [f64; 6] = [12.0, 12.0, 12.0, 9.0, 9.0, 9.0];
+
+/// Deviation of the drives from it (assumed).
+const DRIVE_DEVIATION: [f64; 6] = [0.01, -0.02, 0.015, -0.01, 0.02, 0.005];
+
+/// Part of the load that friction holds at rest, N·m (assumed: a fifth of the friction of a slow motion).
+const FRICTION_NM: [f64; 6] = [1.0, 1.0, 0.8, 0.3, 0.3, 0.3];
 
 /// Most messages kept for clients.
 const MOST_MESSAGES: usize = 1000;
@@ -80,6 +91,7 @@ impl Controller {
             "actual_TCP_pose" => Datum::Reals(numbers_of(&self.tool_at(&arm.measured())).to_vec()),
             "target_TCP_pose" => Datum::Reals(numbers_of(&self.tool_at(&arm.joints())).to_vec()),
             "tcp_offset" => Datum::Reals(self.tool().to_vec()),
+            "actual_current" => Datum::Reals(self.currents()),
             "robot_mode" => integer(self.robot_mode.get()),
             "safety_status" | "safety_mode" => integer(self.safety.get()),
             "runtime_state" => integer(self.runtime.get()),
@@ -97,6 +109,22 @@ impl Controller {
             _ if name.starts_with("input_") => self.register(&self.inputs, name),
             _ => self.register(&self.outputs, name),
         }
+    }
+
+    /// Currents with which the drives hold the arm and its true payload, A. The friction of the gears holds a part of it, on the side
+    /// from which the joint came, and no drive has its nominal torque per ampere.
+    fn currents(&self) -> Vec<f64> {
+        let arm = &self.arm;
+        let world = &arm.floor.world;
+        let posture = arm.posture(&arm.measured());
+        let mut loads = Loads::new(arm.robot.joints());
+        loads.compute(&arm.robot, &posture, &world.true_payload(), &DEFAULT_GRAVITY, &Vector3::zeros());
+        let signs = world.last_motion();
+        let of = |joint: usize| {
+            let friction = FRICTION_NM[joint] * f64::from(signs[joint]);
+            (friction - loads.tau[joint]) / (NM_PER_A[joint] * (1.0 + DRIVE_DEVIATION[joint]))
+        };
+        (0..arm.robot.joints().min(NM_PER_A.len())).map(of).collect()
     }
 
     fn register(&self, registers: &RefCell<BTreeMap<String, Datum>>, name: &str) -> Datum {

@@ -20,6 +20,9 @@ const PROTOCOL: u16 = 2;
 /// Version of the controller's software that the twin reports.
 const SOFTWARE: [u32; 4] = [5, 12, 2, 1_101_534];
 
+/// Variables that only later software has: from 5.23 and 10.11 on.
+const LATER: [&str; 1] = ["actual_current_as_torque"];
+
 /// Range of the packages a second.
 const FREQUENCIES: [f64; 2] = [1.0, 500.0];
 
@@ -156,7 +159,8 @@ impl Connection {
             self.recipes.frequency = frequency;
         }
         let names = names_in(names);
-        let types: Vec<Option<DataType>> = names.iter().map(|name| output_type(name)).collect();
+        let types: Vec<Option<DataType>> =
+            names.iter().map(|name| output_type(name).filter(|_| !LATER.contains(&name.as_str()))).collect();
         self.recipes.outputs = variables(&names, &types);
         answer(1, &types, |_| "NOT_FOUND")
     }

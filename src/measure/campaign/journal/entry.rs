@@ -73,6 +73,7 @@ impl ProbingEntry {
             time_s: Some(centred.time_s),
             temp_c: centred.temp_c,
             q_commanded: centred.commanded.clone(),
+            tau: centred.torques.clone(),
             approach: Some(self.approach.clone()),
             plungers: <[i8; 3]>::try_from(self.plungers.as_slice()).ok(),
             ..Sample::new(&pose.id, centred.joints.clone(), Measured::Ball { ball, reading: Some(centred.reading) })

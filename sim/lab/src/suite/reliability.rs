@@ -1,0 +1,89 @@
+//! How often an effect named with a probability is a hidden one: probabilities that are frequencies.
+
+use serde::Serialize;
+
+use super::{Outcome, Share};
+
+/// Bounds of the probability, between which claims are counted together.
+const BOUNDS: [f64; 7] = [0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0];
+
+/// Quantile of the normal distribution of a two-sided interval of 95 %.
+const NORMAL_95: f64 = 1.959_964;
+
+/// Claims of a kind of trial whose probability lies between two bounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the keys of the document
+pub struct Reliability {
+    /// `nothing`, `one` …; empty for all.
+    pub kind: &'static str,
+    pub from: f64,
+    pub to: f64,
+    /// Mean probability said.
+    pub said: f64,
+    /// Claims whose first effect, or one that the diagnosis cannot tell from it, was hidden.
+    pub right: Share,
+    /// Interval of 95 % of that share (Wilson).
+    pub right_95: [f64; 2],
+}
+
+/// The rows of all trials, then those of each kind; without those that have no claim.
+pub fn reliability(outcomes: &[Outcome]) -> Vec<Reliability> {
+    let claims: Vec<&Outcome> = outcomes.iter().filter(|o| o.verdict.is_some_and(|verdict| verdict.names_effects())).collect();
+    let mut kinds: Vec<&'static str> = claims.iter().map(|o| o.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let of_kind = |kind: &'static str| {
+        BOUNDS.windows(2).filter_map({
+            let claims = &claims;
+            move |bounds| row(claims, kind, [bounds[0], bounds[1]])
+        })
+    };
+    [""].into_iter().chain(kinds).flat_map(of_kind).collect()
+}
+
+fn row(claims: &[&Outcome], kind: &'static str, [from, to]: [f64; 2]) -> Option<Reliability> {
+    let is_last = to >= 1.0;
+    let counts = |o: &&&Outcome| {
+        let p = o.top_probability;
+        (kind.is_empty() || o.kind == kind) && p >= from && (p < to || is_last)
+    };
+    let within: Vec<&Outcome> = claims.iter().filter(counts).copied().collect();
+    let said = within.iter().map(|o| o.top_probability).sum::<f64>() / within.len() as f64;
+    let right = Share::count(within.iter(), |o| o.top_right_merged);
+    (!within.is_empty()).then(|| Reliability { kind, from, to, said, right, right_95: wilson(right) })
+}
+
+/// Wilson's interval of 95 % of a share.
+fn wilson(share: Share) -> [f64; 2] {
+    let (n, p, z2) = (share.of as f64, share.value(), NORMAL_95 * NORMAL_95);
+    let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = NORMAL_95 * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt() / (1.0 + z2 / n);
+    [middle - half, middle + half]
+}
+
+#[cfg(test)]
+mod tests {
+    use calibench::diagnosis::Verdict;
+
+    use super::*;
+
+    fn claim(kind: &'static str, top_probability: f64, top_right_merged: bool) -> Outcome {
+        Outcome { kind, top_probability, top_right_merged, verdict: Some(Verdict::Identified), ..Outcome::default() }
+    }
+
+    #[test]
+    fn claims_are_counted_by_what_was_said() {
+        let outcomes = [
+            claim("one", 0.93, true),
+            claim("one", 0.91, false),
+            claim("two", 1.0, true),
+            Outcome { kind: "nothing", verdict: Some(Verdict::NothingLeft), top_probability: 0.95, ..Outcome::default() },
+        ];
+        let rows = reliability(&outcomes);
+        let all: Vec<(&str, f64, usize, usize)> = rows.iter().map(|r| (r.kind, r.from, r.right.hits, r.right.of)).collect();
+        assert_eq!(all, [("", 0.9, 1, 2), ("", 0.99, 1, 1), ("one", 0.9, 1, 2), ("two", 0.99, 1, 1)]);
+        assert!((rows[0].said - 0.92).abs() < 1e-12);
+        // Wilson, 1 of 2: 0.0945 to 0.9055 (Agresti and Coull 1998).
+        assert!((rows[0].right_95[0] - 0.0945).abs() < 1e-3 && (rows[0].right_95[1] - 0.9055).abs() < 1e-3);
+    }
+}
