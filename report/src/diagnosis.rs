@@ -1,6 +1,6 @@
 //! A diagnosis as tables.
 
-use super::diagnosis_sentences::sizes;
+use super::finding_notes::sizes;
 use super::heat_map::{curve_line, heat_map_table};
 use super::printout::Printout;
 use super::tables::{column, optional, plain_table};

@@ -2,7 +2,7 @@
 
 use super::effect_names::{all_called, called, capital};
 use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
-use super::finding_notes::{called_beside_moment, moment_words, same_words, timed_moment_words};
+use super::finding_notes::{called_beside_moment, moment_words, same_words, size_words, sizes, timed_moment_words};
 use super::gallery::gallery_page;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::{intervention_words, meaning};
@@ -11,7 +11,7 @@ use super::printout::Sentence;
 use super::scatter::{scatter_sentences, suspects_named};
 use super::unexplained::{shape_words, unexplained};
 use calibench::diagnosis::hypotheses::Place;
-use calibench::diagnosis::{Diagnosis, Finding, FoundParameter, Verdict};
+use calibench::diagnosis::{Diagnosis, Finding, Verdict};
 use calibench::effects;
 use calibench::effects::EffectId;
 use calibench::effects::facts::Follows;
@@ -164,7 +164,7 @@ fn without_suspects(d: &Diagnosis, words: String) -> String {
 pub(super) fn lacking_words(d: &Diagnosis) -> String {
     let share =
         |share: Option<f64>| share.map_or(String::new(), |s| format!(" explains {:.0} % of what the model leaves", 100.0 * s));
-    let of_first = || first(d).map_or(String::new(), |f| called(&d.registry, &f.hypothesis.in_model));
+    let of_first = || first(d).map_or(String::new(), |f| called(&d.registry, &f.hypothesis.in_model) + &size_words(f));
     let lacking = match d.verdict_of_the_rest() {
         Verdict::DataDoNotFit => "the data do not fit the robot".to_owned(),
         Verdict::NothingLeft | Verdict::SuspectSamples if d.is_thin() => "too few samples to find any".to_owned(),
@@ -372,16 +372,6 @@ fn same_to_the_data(f: &Finding, registry: &Registry) -> String {
         None => "",
     };
     format!("{nest}{}", same_words(f, registry).map_or(String::new(), |same| format!("; {same}")))
-}
-
-/// At most three fitted numbers of a finding.
-pub(super) fn sizes(f: &Finding) -> String {
-    let one = |p: &FoundParameter| {
-        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.printed())
-    };
-    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
-    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
-    shown.join(", ") + &more
 }
 
 /// Effects that these data cannot test, grouped by the missing measurement.

@@ -1,6 +1,6 @@
-//! Notes on an effect named by a diagnosis: the effects aliased with it in the data, and the time of a step.
+//! Notes on an effect named by a diagnosis: its size, the effects aliased with it in the data, and the time of a step.
 
-use calibench::diagnosis::Finding;
+use calibench::diagnosis::{Finding, FoundParameter};
 use calibench::diagnosis::hypotheses::Moment;
 use calibench::effects::EffectId;
 use calibench::effects::facts::Alias;
@@ -86,4 +86,28 @@ pub fn added_sentences(added: &[EffectId], below: &[&LadderStep]) -> Vec<String>
         when.into_iter().chain(same_words(f, registry).map(|same| format!("{}.", capital(&same)))).collect::<Vec<String>>()
     };
     found(added, below).flat_map(one).collect()
+}
+
+/// The size of a finding with one number, and its sigma, in brackets.
+pub(crate) fn size_words(f: &Finding) -> String {
+    let [only] = &f.parameters[..] else { return String::new() };
+    let [value, sigma] = [only.value, only.sigma].map(|x| only.unit.from_si(x));
+    let digits = digits_of(sigma);
+    format!(" ({value:.digits$} ± {sigma:.digits$} {})", only.unit.printed())
+}
+
+/// Digits after the point of a number with this sigma: as many as show two of the sigma, four at most.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 0 and 4
+pub(crate) fn digits_of(sigma: f64) -> usize {
+    (1.0 - sigma.abs().max(1e-4).log10().floor()).clamp(0.0, 4.0) as usize
+}
+
+/// At most three fitted numbers of a finding.
+pub(crate) fn sizes(f: &Finding) -> String {
+    let one = |p: &FoundParameter| {
+        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.printed())
+    };
+    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
+    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
+    shown.join(", ") + &more
 }

@@ -1,5 +1,6 @@
 //! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence.
 
+use super::finding_notes::digits_of;
 use calibench::residuals::misfit::{Abnormal, Cause, DataFit, Measure, Misfit, NominalFit, SlipTried, Unbelievable};
 use calibench::units::{DEG, MM};
 
@@ -140,8 +141,7 @@ pub fn abnormal_sentences(abnormal: &[Abnormal]) -> Vec<String> {
     let sentence = |a: &Abnormal| {
         let unit = a.unit.printed();
         let [off, sigma] = [a.deviation, a.sigma].map(|x| a.unit.from_si(x));
-        // As many digits as it is known to.
-        let digits = (1.0 - sigma.abs().max(1e-4).log10().floor()).clamp(0.0, 4.0) as usize;
+        let digits = digits_of(sigma);
         let known = format!("± {sigma:.digits$}, {:.0} times what is usual", a.sizes);
         match a.zero_of {
             Some(joint) => format!(

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::evidence::{SIZES, Seen};
+use super::evidence::{SIZES, Seen, ln_sum_exp};
 use super::examination::Examination;
 use crate::identify::fit::FitError;
 use crate::math::positive_definite::cholesky;
@@ -91,6 +91,34 @@ impl Explanation {
             coefficients,
         })
     }
+}
+
+/// Probability of each candidate as one of the effects of an explanation: given its other members, against each other candidate
+/// in that place and against none there, each as probable before as any of the `among` effects tested; the place in which it
+/// does best counts. `None` for an explanation by one effect, which has no company.
+pub(crate) fn in_company(
+    examination: &Examination,
+    explanation: &Explanation,
+    allowed: &[bool],
+    among: usize,
+) -> Option<Vec<f64>> {
+    let set = &explanation.members;
+    if set.len() < 2 {
+        return None;
+    }
+    let evidence = |set: &[usize]| joint(examination, set).0.ln_evidence(&examination.remainder, &SIZES);
+    let mut probabilities = vec![0.0f64; allowed.len()];
+    for member in set {
+        let others: Vec<usize> = set.iter().copied().filter(|k| k != member).collect();
+        let place: Vec<usize> = (0..allowed.len()).filter(|&k| allowed[k] && !others.contains(&k)).collect();
+        let with = |&k: &usize| evidence(&[&others[..], &[k]].concat()) - (among.max(1) as f64).ln();
+        let each: Vec<f64> = place.iter().map(with).collect();
+        let whole = ln_sum_exp(each.iter().copied().chain([evidence(&others)]));
+        for (&k, ln) in place.iter().zip(&each) {
+            probabilities[k] = probabilities[k].max((ln - whole).exp());
+        }
+    }
+    Some(probabilities)
 }
 
 /// The best set with one more candidate, or with one in place of the member `out`.

@@ -6,7 +6,7 @@ use super::Relevance;
 use super::Verdict;
 use super::background::Background;
 use super::evidence::{ln_mean_exp, ln_sum_exp};
-use super::explanation::Explanation;
+use super::explanation::{Explanation, in_company};
 use super::findings::{contributions, findings};
 use super::heat_map::HeatMap;
 use super::hypotheses::{Hypothesis, hypotheses};
@@ -77,6 +77,8 @@ struct Evidence<'a> {
     list: Shortlist,
     unbelievable: Vec<(EffectId, f64)>,
     together: Explanation,
+    /// Probability of each of the list beside the others of the joint explanation, if that has several.
+    in_company: Option<Vec<f64>>,
     /// Logarithm of the mean evidence of a hypothesis against the background, and of the evidence of all cases
     /// together, the background alone included.
     ln_mean: f64,
@@ -114,6 +116,7 @@ impl<'a> Evidence<'a> {
             (all, unbelievable) = with_impossible;
             list = Shortlist::of(datasets, examination, &all)?;
         }
+        let together = Explanation::of(&list.close, &list.believable, tests)?;
         let aware = all.iter().map(|h| h.ln_evidence_against_background);
         let ln_mean = if all.is_empty() { f64::NEG_INFINITY } else { ln_sum_exp(aware) - (tests as f64).ln() };
         Ok(Evidence {
@@ -130,7 +133,8 @@ impl<'a> Evidence<'a> {
             tests,
             set: credible(&all),
             hypotheses: all,
-            together: Explanation::of(&list.close, &list.believable, tests)?,
+            in_company: in_company(&list.close, &together, &list.believable, tests),
+            together,
             list,
             unbelievable,
             ln_mean,
@@ -148,10 +152,14 @@ impl<'a> Evidence<'a> {
         self.together.members.first().map(|&k| &self.list.hypotheses[k])
     }
 
-    /// The same, if it is in the credible set: what is far less probable than others is not named before them.
-    fn credible_main(&self) -> Option<&Hypothesis> {
-        let set = &self.hypotheses[..self.set];
-        self.main().filter(|main| set.iter().any(|h| h.in_model == main.in_model))
+    /// What is named first where no effect alone leaves noise: the main effect of the joint explanation, unless `best`, which explains
+    /// most alone, is more probable beside the others. What is far less probable than others is not named before them.
+    fn first_of_several<'h>(&'h self, best: &'h Hypothesis) -> &'h Hypothesis {
+        let is_credible = |main: &Hypothesis| match &self.in_company {
+            Some(_) => self.probability(main) >= self.probability(best),
+            None => self.hypotheses[..self.set].iter().any(|h| h.in_model == main.in_model),
+        };
+        self.main().filter(|main| is_credible(main)).unwrap_or(best)
     }
 
     /// Probability that nothing is missing beyond the background.
@@ -159,8 +167,14 @@ impl<'a> Evidence<'a> {
         (-self.ln_whole).exp()
     }
 
-    /// Probability that this effect is the missing one, among all those tested and the case that nothing is missing.
+    /// Probability that this effect is a missing one: among all those tested and the case that nothing is missing; or, where no
+    /// effect alone leaves noise, beside the others of the joint explanation.
     fn probability(&self, h: &Hypothesis) -> f64 {
+        let in_company = self.in_company.as_ref().filter(|_| self.best().is_some_and(|best| !self.is_all(best)));
+        if let Some(in_company) = in_company {
+            let place = self.list.hypotheses.iter().position(|listed| listed.in_model == h.in_model);
+            return place.and_then(|k| in_company.get(k)).copied().unwrap_or(0.0);
+        }
         (h.ln_evidence_against_background - (self.tests as f64).ln() - self.ln_whole).exp()
     }
 
@@ -217,7 +231,7 @@ impl<'a> Evidence<'a> {
             return match (self.is_all(best), self.set) {
                 (true, 1) => (Verdict::Identified, Some(best)),
                 (true, _) => (Verdict::Indistinguishable, Some(best)),
-                (false, _) => (Verdict::Partly, self.credible_main().or(Some(best))),
+                (false, _) => (Verdict::Partly, Some(self.first_of_several(best))),
             };
         }
         if !self.lack_of_fit() && (self.scatter.lack_of_fit_p.is_some() || self.is_white()) {
