@@ -54,6 +54,10 @@ pub struct Apart {
     pub q: Vec<f64>,
     /// Distance between the two predictions, m.
     pub differ: f64,
+    /// The same in sigmas of a measurement.
+    pub sigmas: f64,
+    /// True if it lies outside the ranges that were measured.
+    pub is_outside: bool,
 }
 
 /// Why a law is not taken.

@@ -22,3 +22,4 @@ mod variables;
 
 pub use discovery::{Discovery, FALSE_LAW_RATE, LargerModel, discover};
 pub use law::{Apart, Doubt, Law, LawTerm, Rival, SeenRange};
+pub use rivals::TELLS;

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use calibench::diagnosis::Examination;
-use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
 use calibench::prediction::WorkspacePoses;
 use calibench::robot::kinematics::world_from_tool;
 use nalgebra::{DMatrix, DVector};
@@ -25,6 +25,12 @@ const NAMED: usize = 3;
 /// Number of postures that are named for each.
 const POSTURES: usize = 3;
 
+/// A posture tells two laws apart if they differ there by this many sigma of a measurement.
+pub const TELLS: f64 = 3.0;
+
+/// Two laws are the same if they differ nowhere by more than this share of the larger.
+const SAME: f64 = 0.01;
+
 /// Two postures are different if a joint differs by this much, rad.
 const DIFFERENT: f64 = 0.5;
 
@@ -38,21 +44,48 @@ pub(crate) fn rivals(
     found: &[Found],
 ) -> Vec<Rival> {
     let likely = |f: &&Found| f.shape != best.shape && f.ln_odds > best.ln_odds + LIKELY.ln();
-    let others: Vec<&Found> = found.iter().filter(likely).take(NAMED).collect();
-    let elsewhere = if others.is_empty() { None } else { Elsewhere::of(datasets, examination, data) };
-    let rival = |other: &&Found| Rival {
-        place: data.places[other.shape.place].words.clone(),
-        site: data.places[other.shape.place].site.clone(),
-        bases: data.factors.expressions(&other.shape.factors),
-        odds: (other.ln_odds - best.ln_odds).exp(),
-        apart: elsewhere.as_ref().map_or_else(Vec::new, |there| there.apart(data, metrics, [best, other])),
+    let others: Vec<&Found> = found.iter().filter(likely).collect();
+    if others.is_empty() {
+        return Vec::new();
+    }
+    let ranges = measured_ranges(datasets);
+    let everywhere = [WorkspacePoses::inside(datasets, &ranges), WorkspacePoses::over_limits(datasets)];
+    let everywhere: Vec<Elsewhere> =
+        everywhere.into_iter().filter_map(|poses| Elsewhere::of(datasets, examination, data, poses.q)).collect();
+    let rival = |other: &&Found| {
+        let apart: Vec<Vec<Apart>> = everywhere.iter().filter_map(|there| there.apart(data, metrics, [best, other])).collect();
+        // What differs nowhere is the same law, written otherwise.
+        if apart.iter().all(Vec::is_empty) && !apart.is_empty() {
+            return None;
+        }
+        let tells = |apart: &Vec<Apart>| apart.first().is_some_and(|first| first.sigmas >= TELLS);
+        Some(Rival {
+            place: data.places[other.shape.place].words.clone(),
+            site: data.places[other.shape.place].site.clone(),
+            bases: data.factors.expressions(&other.shape.factors),
+            odds: (other.ln_odds - best.ln_odds).exp(),
+            apart: apart.iter().find(|apart| tells(apart)).or(apart.last()).cloned().unwrap_or_default(),
+        })
     };
-    others.iter().map(rival).collect()
+    others.iter().filter_map(rival).take(NAMED).collect()
+}
+
+/// Range of each joint in the fitted samples, rad or m.
+fn measured_ranges(datasets: &[NamedDataset<'_>]) -> Vec<[f64; 2]> {
+    let samples = || datasets.iter().flat_map(|d| &d.dataset.samples).filter(|s| s.set == SampleSet::Fit);
+    let joints = samples().next().map_or(0, |s| s.q.len());
+    let range = |j: usize| {
+        let values = samples().filter_map(|s| s.q.get(j).copied());
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| [low.min(q), high.max(q)])
+    };
+    (0..joints).map(range).collect()
 }
 
 /// Postures over the workspace, as the search sees them.
 struct Elsewhere {
     q: Vec<Vec<f64>>,
+    /// The ranges that were measured.
+    ranges: Vec<[f64; 2]>,
     /// Whitened columns of the places (places x residuals), and the length of one whitened unit, m, at every posture.
     columns: DMatrix<f64>,
     spans: Vec<Range<usize>>,
@@ -65,9 +98,8 @@ struct Elsewhere {
 }
 
 impl Elsewhere {
-    fn of(datasets: &[NamedDataset<'_>], examination: &Examination, data: &Data) -> Option<Self> {
+    fn of(datasets: &[NamedDataset<'_>], examination: &Examination, data: &Data, q: Vec<Vec<f64>>) -> Option<Self> {
         let first = datasets.first()?.dataset;
-        let q = WorkspacePoses::over_limits(datasets).q;
         let sample = |(k, q): (usize, &Vec<f64>)| {
             let at = world_from_tool(&first.robot, &first.base, &first.tool, q).translation.vector;
             Sample::new(format!("w{k}"), q.clone(), Measured::Point(at))
@@ -94,13 +126,22 @@ impl Elsewhere {
             }
         }
         let has = data.factors.all.iter().map(|f| known.iter().any(|k| k.variable == f.variable)).collect();
-        Some(Elsewhere { lengths: lengths.collect(), q, columns, factors: data.factors.at(&known), has, spans, fitted })
+        Some(Elsewhere {
+            lengths: lengths.collect(),
+            ranges: measured_ranges(datasets),
+            q,
+            columns,
+            factors: data.factors.at(&known),
+            has,
+            spans,
+            fitted,
+        })
     }
 
-    /// The postures at which two laws differ most.
-    fn apart(&self, data: &Data, metrics: &Metrics, pair: [&Found; 2]) -> Vec<Apart> {
+    /// The postures at which two laws differ most; none if they are the same, `None` if one of them follows what no posture knows.
+    fn apart(&self, data: &Data, metrics: &Metrics, pair: [&Found; 2]) -> Option<Vec<Apart>> {
         if pair.iter().any(|f| f.shape.factors.iter().any(|&k| !self.has[k])) {
-            return Vec::new();
+            return None;
         }
         let field = Field { places: &data.places, columns: &self.columns, factors: &self.factors, spans: &self.spans };
         let error = |found: &Found| {
@@ -110,10 +151,14 @@ impl Elsewhere {
             field.columns_of(&found.shape) * coefficients - &self.fitted * absorbed
         };
         let [one, other] = pair.map(error);
-        let difference = one - other;
-        let of = |(k, rows): (usize, &Range<usize>)| Apart {
-            q: self.q[k].clone(),
-            differ: difference.rows(rows.start, rows.len()).norm() * self.lengths[k],
+        let difference = &one - &other;
+        if difference.norm() <= SAME * one.norm().max(other.norm()) {
+            return Some(Vec::new());
+        }
+        let of = |(k, rows): (usize, &Range<usize>)| {
+            let sigmas = difference.rows(rows.start, rows.len()).norm();
+            let is_outside = self.q[k].iter().zip(&self.ranges).any(|(q, [low, high])| q < low || q > high);
+            Apart { q: self.q[k].clone(), differ: sigmas * self.lengths[k], sigmas, is_outside }
         };
         let mut all: Vec<Apart> = self.spans.iter().enumerate().map(of).collect();
         all.sort_by(|a, b| b.differ.total_cmp(&a.differ));
@@ -124,7 +169,7 @@ impl Elsewhere {
                 chosen.push(one);
             }
         }
-        chosen
+        Some(chosen)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use calibench::robot::{JointKind, Robot};
 use calibench::units::{DEG, MM, Unit, decimal};
-use calibench_discover::{Discovery, Doubt, FALSE_LAW_RATE, Law, Rival};
+use calibench_discover::{Discovery, Doubt, FALSE_LAW_RATE, Law, Rival, TELLS};
 
 /// The law, where it was seen, how sure it is, and what is not told from it: a sentence each.
 #[must_use]
@@ -54,8 +54,12 @@ fn rival_sentence(law: &Law, rival: &Rival, robot: &Robot) -> String {
         q.iter().enumerate().map(shown).collect::<Vec<String>>().join(", ")
     };
     match rival.apart.first() {
+        Some(first) if first.sigmas < TELLS => {
+            format!("{what}; within the joint limits the two differ by no more than {} mm.", decimal(first.differ / MM, 3))
+        }
         Some(first) => {
-            format!("{what}; at joints {} the two differ by {} mm.", at(&first.q), decimal(first.differ / MM, 3))
+            let outside = if first.is_outside { ", which is outside the measured ranges," } else { "" };
+            format!("{what}; at joints {}{outside} the two differ by {} mm.", at(&first.q), decimal(first.differ / MM, 3))
         }
         None => format!("{what}."),
     }

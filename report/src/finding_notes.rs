@@ -1,7 +1,7 @@
 //! Notes on an effect named by a diagnosis: its size, the effects aliased with it in the data, and the time of a step.
 
-use calibench::diagnosis::{Finding, FoundParameter};
 use calibench::diagnosis::hypotheses::Moment;
+use calibench::diagnosis::{Finding, FoundParameter};
 use calibench::effects::EffectId;
 use calibench::effects::facts::Alias;
 use calibench::effects::family::Scan;

@@ -43,6 +43,10 @@ pub struct TellingPosture {
     pub joints: Vec<f64>,
     /// Distance between the two predictions, mm.
     pub differ_mm: f64,
+    /// The same in sigmas of a measurement: below 3, none tells them apart.
+    pub differ_sigmas: f64,
+    /// True if it lies outside the measured ranges of the joints.
+    pub outside_ranges: bool,
 }
 
 /// Another law that these data do not tell from one.
@@ -148,12 +152,18 @@ impl DiscoveredLaw {
             high: v.range.end,
             unit: v.unit.into(),
         };
+        let telling = |a: &calibench_discover::Apart| TellingPosture {
+            joints: joints(&a.q),
+            differ_mm: a.differ / MM,
+            differ_sigmas: a.sigmas,
+            outside_ranges: a.is_outside,
+        };
         let rival = |r: &calibench_discover::Rival| LawRival {
             place: r.place.clone(),
             site: r.site.clone(),
             bases: r.bases.clone(),
             odds: r.odds,
-            apart: r.apart.iter().map(|a| TellingPosture { joints: joints(&a.q), differ_mm: a.differ / MM }).collect(),
+            apart: r.apart.iter().map(telling).collect(),
         };
         DiscoveredLaw {
             sentences: law_sentences(law, robot),
