@@ -31,6 +31,14 @@ def apart(a, b):
     return max(abs(x - y) for x, y in zip(a, b))
 
 
+def expect_soon(is_so, what):
+    """What arrives on the other connection may be a little behind; on a busy machine more than a little."""
+    began = time.monotonic()
+    while not is_so() and time.monotonic() - began < 20.0:
+        time.sleep(0.01)
+    expect(is_so(), what())
+
+
 def main(program, scenario):
     command = [program, "sim", "serve", scenario, "--robot", "ur", "--robot-port", "30004", "--time-scale", "20"]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -46,18 +54,17 @@ def main(program, scenario):
     robot = RTDEControlInterface(HOST)
     expect(dashboard.running(), "its control program")
     expect(robot.moveJ(ABOVE_THE_TABLE, 1.05, 1.4), "moveJ")
-    expect(apart(arm.getActualQ(), ABOVE_THE_TABLE) < AS_COMMANDED, f"joints {arm.getActualQ()}")
+    expect_soon(lambda: apart(arm.getActualQ(), ABOVE_THE_TABLE) < AS_COMMANDED, lambda: f"joints {arm.getActualQ()}")
     target = arm.getTargetTCPPose() if hasattr(arm, "getTargetTCPPose") else arm.getActualTCPPose()
     target[2] += 0.02
     expect(robot.moveL(target, 0.25, 1.2), "moveL")
     # A servo's residual at the length of the arm, m.
-    expect(apart(arm.getActualTCPPose()[:3], target[:3]) < 1e-4, f"tool {arm.getActualTCPPose()}")
+    expect_soon(lambda: apart(arm.getActualTCPPose()[:3], target[:3]) < 1e-4, lambda: f"tool {arm.getActualTCPPose()}")
     expect(robot.setTcp([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]), "setTcp")
     expect(apart(robot.getTCPOffset(), [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]) < 1e-9, "the tool comes back")
     expect(not robot.isJointsWithinSafetyLimits([7.0] * 6), "joints beyond their limits")
     expect(robot.setPayload(2.5, [0.0, 0.0, 0.05]), "setPayload")
-    time.sleep(0.1)
-    expect(abs(arm.getPayload() - 2.5) < 1e-9, f"payload {arm.getPayload()}")
+    expect_soon(lambda: abs(arm.getPayload() - 2.5) < 1e-9, lambda: f"payload {arm.getPayload()}")
     robot.stopScript()
     robot.disconnect()
     arm.disconnect()
