@@ -17,7 +17,7 @@ pub enum RobotSettings {
     /// `kind = "kuka"`: a KUKA robot behind a variable server.
     Kuka(Box<KukaSettings>),
     /// `kind = "ur"`: a Universal Robot behind RTDE.
-    Ur(UrSettings),
+    Ur(Box<UrSettings>),
 }
 
 impl RobotSettings {
@@ -30,7 +30,9 @@ impl RobotSettings {
             RobotSettings::Kuka(settings) => {
                 Ok(Box::new(KukaRobot::connect((**settings).clone(), stop).map_err(DriverError::new)?))
             }
-            RobotSettings::Ur(settings) => Ok(Box::new(UrRobot::connect(settings.clone(), stop).map_err(DriverError::new)?)),
+            RobotSettings::Ur(settings) => {
+                Ok(Box::new(UrRobot::connect((**settings).clone(), stop).map_err(DriverError::new)?))
+            }
         }
     }
 

@@ -131,7 +131,7 @@ impl RobotKeys for UrKeys {
             ))
         };
         let keys = &self.motion;
-        Ok(RobotSettings::Ur(UrSettings {
+        Ok(RobotSettings::Ur(Box::new(UrSettings {
             address: self.address.clone(),
             payload,
             torques,
@@ -142,7 +142,7 @@ impl RobotKeys for UrKeys {
                 line_acceleration: within("line_acceleration_mm_s2", keys.line_acceleration_mm_s2, [1.0, 150_000.0])? * MM,
             },
             patience: self.patience.patience(reading)?,
-        }))
+        })))
     }
 }
 

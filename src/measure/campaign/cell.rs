@@ -81,7 +81,7 @@ enum AnyRobot {
     /// A KUKA robot.
     Kuka(Box<KukaKeys>),
     /// A Universal Robot.
-    Ur(UrKeys),
+    Ur(Box<UrKeys>),
 }
 
 /// The schema of this file.
