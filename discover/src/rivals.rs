@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use calibench::diagnosis::Examination;
-use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, NamedDataset, Sample};
 use calibench::prediction::WorkspacePoses;
 use calibench::robot::kinematics::world_from_tool;
 use nalgebra::{DMatrix, DVector};
@@ -48,7 +48,7 @@ pub(crate) fn rivals(
     if others.is_empty() {
         return Vec::new();
     }
-    let ranges = measured_ranges(datasets);
+    let ranges = examination.problem().joint_ranges();
     let everywhere = [WorkspacePoses::inside(datasets, &ranges), WorkspacePoses::over_limits(datasets)];
     let everywhere: Vec<Elsewhere> =
         everywhere.into_iter().filter_map(|poses| Elsewhere::of(datasets, examination, data, poses.q)).collect();
@@ -68,17 +68,6 @@ pub(crate) fn rivals(
         })
     };
     others.iter().filter_map(rival).take(NAMED).collect()
-}
-
-/// Range of each joint in the fitted samples, rad or m.
-fn measured_ranges(datasets: &[NamedDataset<'_>]) -> Vec<[f64; 2]> {
-    let samples = || datasets.iter().flat_map(|d| &d.dataset.samples).filter(|s| s.set == SampleSet::Fit);
-    let joints = samples().next().map_or(0, |s| s.q.len());
-    let range = |j: usize| {
-        let values = samples().filter_map(|s| s.q.get(j).copied());
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| [low.min(q), high.max(q)])
-    };
-    (0..joints).map(range).collect()
 }
 
 /// Postures over the workspace, as the search sees them.
@@ -128,7 +117,7 @@ impl Elsewhere {
         let has = data.factors.all.iter().map(|f| known.iter().any(|k| k.variable == f.variable)).collect();
         Some(Elsewhere {
             lengths: lengths.collect(),
-            ranges: measured_ranges(datasets),
+            ranges: examination.problem().joint_ranges(),
             q,
             columns,
             factors: data.factors.at(&known),

@@ -25,7 +25,7 @@ fn a_universal_robots_payload_is_set_or_found_wrong() {
     assert!(said.contains("0.000") && said.contains("measure sets 4.000"), "{said}");
     assert!(row(&bench, "tool mm").contains("measure sets"));
     assert!(row(&bench, "base mm, in its root").contains("0.000, 0.000, 0.000"));
-    // Nobody tells it one: that of the pendant remains, and weighs what no payload of the dataset does.
+    // Without the key the payload set on the pendant remains, and its mass is that of no payload of the dataset.
     let text = std::fs::read_to_string(&cell).unwrap();
     std::fs::write(&cell, text.replace("payload = { mass_kg = 4.0, com_mm = [25.0, 0.0, 70.0] }\n", "")).unwrap();
     let said = row(&bench, "payload kg");

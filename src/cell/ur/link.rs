@@ -52,10 +52,11 @@ pub enum UrError {
 
 impl From<UrError> for ManipulatorError {
     fn from(error: UrError) -> Self {
-        match error {
-            UrError::Rtde(ClientError::InUse { .. } | ClientError::Unknown { .. } | ClientError::Version)
-            | UrError::NoTorques { .. } => ManipulatorError::Refused { reason: error.to_string() },
-            _ => ManipulatorError::Lost { detail: error.to_string() },
+        let words = error.to_string();
+        if is_of_connection(&error) {
+            ManipulatorError::Lost { detail: words }
+        } else {
+            ManipulatorError::Refused { reason: words }
         }
     }
 }

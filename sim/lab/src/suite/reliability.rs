@@ -3,12 +3,10 @@
 use serde::Serialize;
 
 use super::{Outcome, Share};
+use crate::study;
 
 /// Bounds of the probability, between which claims are counted together.
 const BOUNDS: [f64; 7] = [0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0];
-
-/// Quantile of the normal distribution of a two-sided interval of 95 %.
-const NORMAL_95: f64 = 1.959_964;
 
 /// Claims of a kind of trial whose probability lies between two bounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,13 +30,11 @@ pub fn reliability(outcomes: &[Outcome]) -> Vec<Reliability> {
     let mut kinds: Vec<&'static str> = claims.iter().map(|o| o.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let of_kind = |kind: &'static str| {
-        BOUNDS.windows(2).filter_map({
-            let claims = &claims;
-            move |bounds| row(claims, kind, [bounds[0], bounds[1]])
-        })
-    };
-    [""].into_iter().chain(kinds).flat_map(of_kind).collect()
+    let mut rows = Vec::new();
+    for kind in [""].into_iter().chain(kinds) {
+        rows.extend(BOUNDS.windows(2).filter_map(|bounds| row(&claims, kind, [bounds[0], bounds[1]])));
+    }
+    rows
 }
 
 fn row(claims: &[&Outcome], kind: &'static str, [from, to]: [f64; 2]) -> Option<Reliability> {
@@ -50,15 +46,8 @@ fn row(claims: &[&Outcome], kind: &'static str, [from, to]: [f64; 2]) -> Option<
     let within: Vec<&Outcome> = claims.iter().filter(counts).copied().collect();
     let said = within.iter().map(|o| o.top_probability).sum::<f64>() / within.len() as f64;
     let right = Share::count(within.iter(), |o| o.top_right_merged);
-    (!within.is_empty()).then(|| Reliability { kind, from, to, said, right, right_95: wilson(right) })
-}
-
-/// Wilson's interval of 95 % of a share.
-fn wilson(share: Share) -> [f64; 2] {
-    let (n, p, z2) = (share.of as f64, share.value(), NORMAL_95 * NORMAL_95);
-    let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-    let half = NORMAL_95 * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt() / (1.0 + z2 / n);
-    [middle - half, middle + half]
+    let right_95 = study::Share { count: right.hits as u64, of: right.of as u64 }.band();
+    (!within.is_empty()).then_some(Reliability { kind, from, to, said, right, right_95 })
 }
 
 #[cfg(test)]
