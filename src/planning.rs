@@ -8,6 +8,7 @@
 
 mod action;
 mod adaptive;
+mod aim;
 mod candidate_covariances;
 pub mod designer;
 pub mod forecast;
@@ -26,6 +27,7 @@ use self::pool::CellLayout;
 use self::rival::Rival;
 pub use action::{Action, Kind, NotOffered, actions};
 pub use adaptive::{Adaptive, LOOKS, Reached};
+pub use aim::FirstContacts;
 
 use rayon::prelude::*;
 

@@ -7,12 +7,13 @@ use calibench::measure::campaign::journal::Journal;
 use calibench::measure::campaign::mastering::{Mastering, MasteringError, MasteringSettings, master};
 use calibench::measure::campaign::repeatability::{RepeatabilitySettings, Station, StationRecord};
 use calibench::measure::campaign::{
-    Campaign, CampaignObserver, CampaignRecord, CampaignSettings, LastMotion, Progress, parts_by_payload,
+    Aim, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, LastMotion, Progress, parts_by_payload,
 };
 use calibench::measure::centring::{CenteringController, CentringSettings, Iteration, Probing, ProbingFailure};
-use calibench::measure::dataset::{Measured, Sample, SampleSet};
+use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
 use calibench::measure::poses::ways::{ArmAt, WayFinder, WayRequest};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
+use calibench::planning::FirstContacts;
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -132,6 +133,7 @@ impl<'a> Session<'a> {
         let settings = centring(self.scenario);
         let mut record = CampaignRecord::default();
         let mut stands = ArmAt::Home;
+        let mut aim = self.aim(plan);
         if let Some(ways) = &plan.ways {
             self.world.begin_at(&ways.home);
         }
@@ -141,7 +143,7 @@ impl<'a> Session<'a> {
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
             let mut naming = Naming { world: &self.world, observer: &mut *observer };
-            let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            let mut campaign = Campaign::new(controller, CampaignSettings::default()).aiming(aim);
             if let Some(ways) = &plan.ways {
                 campaign = campaign.by(ways.clone(), stands);
             }
@@ -150,6 +152,7 @@ impl<'a> Session<'a> {
                 None => campaign.run(&part.poses, &mut naming),
             };
             stands = campaign.stands().clone();
+            aim = campaign.take_aim();
             if !record.add(&part, done) {
                 break;
             }
@@ -158,6 +161,12 @@ impl<'a> Session<'a> {
             self.way_home.replace(ways.home_from(at));
         }
         record
+    }
+
+    /// What the arm aims by, as it does in a real cell.
+    fn aim(&self, plan: &ProbingPlan) -> Option<Box<dyn Aim>> {
+        let cell = Dataset { contact_force: self.scenario.indicators.contact_force(), ..self.scenario.dataset() };
+        Some(Box::new(FirstContacts::new(&cell, &plan.poses)))
     }
 
     /// Visits a station repeatedly.

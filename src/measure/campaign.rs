@@ -88,6 +88,16 @@ pub trait CampaignObserver {
 /// No observer.
 impl CampaignObserver for () {}
 
+/// Knows better than the plan where a ball will be met.
+pub trait Aim {
+    /// A ball was centred, now or before an interruption.
+    fn learn(&mut self, sample: &Sample);
+
+    /// The joints (rad, N) at which to meet the ball of this pose, by nothing but what was learnt; `None` for those planned. The
+    /// approach is always the planned one.
+    fn contact(&self, pose: &PlannedPose) -> Option<Vec<f64>>;
+}
+
 /// Probes planned poses one after the other.
 pub struct Campaign<M, I> {
     pub(super) controller: CenteringController<M, I>,
@@ -96,6 +106,7 @@ pub struct Campaign<M, I> {
     plungers: LastMotion,
     ways: Option<HomeWays>,
     stands: ArmAt,
+    aim: Option<Box<dyn Aim>>,
 }
 
 impl<M: Manipulator, I: Indicator> Campaign<M, I> {
@@ -103,13 +114,24 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     pub fn new(controller: CenteringController<M, I>, settings: CampaignSettings) -> Self {
         let joints = LastMotion::new(settings.joint_motion);
         let plungers = LastMotion::new(settings.plunger_motion);
-        Campaign { controller, settings, joints, plungers, ways: None, stands: ArmAt::Unknown }
+        Campaign { controller, settings, joints, plungers, ways: None, stands: ArmAt::Unknown, aim: None }
     }
 
     /// Uses these ways; `stands` is the present posture of the arm. Without ways it moves directly to every pose, whatever is between.
     #[must_use]
     pub fn by(self, ways: HomeWays, stands: ArmAt) -> Self {
         Campaign { ways: Some(ways), stands, ..self }
+    }
+
+    /// Meets the balls where `aim` says, rather than where they were planned; a second attempt is always as planned.
+    #[must_use]
+    pub fn aiming(self, aim: Option<Box<dyn Aim>>) -> Self {
+        Campaign { aim, ..self }
+    }
+
+    /// Returns what the campaign aims by, for the next part of the same plan.
+    pub fn take_aim(&mut self) -> Option<Box<dyn Aim>> {
+        self.aim.take()
     }
 
     /// Position of the arm, as far as its ways know it.
@@ -131,10 +153,12 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         observer: &mut dyn CampaignObserver,
     ) -> ProbingEntry {
         let via = self.via(pose, before.pose);
+        let aimed = self.aim.as_ref().filter(|_| attempt == 1).and_then(|aim| aim.contact(pose));
+        let aimed = aimed.map(|contact| PlannedPose { contact, ..pose.clone() });
         let Campaign { controller, joints, plungers, .. } = self;
         // The signs that count are those of the last stop on the ball, before the retreat reverses them.
         let mut on_ball = (Vec::new(), Vec::new());
-        let probing = controller.probe_against(pose, &via, before.against, &mut |iteration| {
+        let probing = controller.probe_against(aimed.as_ref().unwrap_or(pose), &via, before.against, &mut |iteration| {
             if let Some(reading) = &iteration.reading {
                 joints.rest_at(&iteration.joints);
                 plungers.rest_at(reading.as_slice());

@@ -10,6 +10,7 @@ use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::file::read_dataset;
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::measure::poses::ways::ArmAt;
+use calibench::planning::FirstContacts;
 use calibench::units::UM;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
@@ -66,7 +67,9 @@ fn in_one_process(bench: &Bench) -> Dataset {
     let free_reading = session.mastering().free_reading;
     let settings = centring(&bench.scenario);
     let controller = CenteringController::new(robot, world.indicators(), TriCal::default(), free_reading, settings);
-    let mut campaign = Campaign::new(controller, CampaignSettings::default()).by(ways.clone(), ArmAt::Home);
+    let aim = FirstContacts::new(&bench.cell(), poses);
+    let campaign = Campaign::new(controller, CampaignSettings::default()).by(ways.clone(), ArmAt::Home);
+    let mut campaign = campaign.aiming(Some(Box::new(aim)));
     let record = campaign.run(poses, &mut ());
     assert_eq!(record.aborted, None);
     Dataset { samples: record.samples, ..bench.cell() }

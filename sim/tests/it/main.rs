@@ -6,6 +6,7 @@ mod a_perfect_robot_has_nothing_left;
 mod both_rows_of_table_9_come_out;
 mod compensation_holds_on_the_plant;
 mod every_scenario_key_is_documented;
+mod first_contacts_are_aimed;
 mod instruments_are_as_noisy_as_specified;
 mod intervals_cover_the_truth;
 mod no_motion_touches_anything;

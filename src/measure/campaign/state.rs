@@ -60,6 +60,9 @@ impl<'a> CampaignState<'a> {
             let tried = self.measure(place, campaign);
             let abort = match tried.result {
                 Ok(sample) => {
+                    if let Some(aim) = &mut campaign.aim {
+                        aim.learn(&sample);
+                    }
                     self.record.samples.push(sample);
                     self.queue.centred();
                     continue;

@@ -15,6 +15,7 @@ mod whereabouts;
 pub use plan::{ArmAt, BlockedPose, HomeWays, MasteringPlace, WaysError, plan_ways};
 pub use polyline::turn;
 pub use request::{WAY_MARGIN, WayRequest};
+pub(crate) use whereabouts::CENTRING_TURN;
 pub use whereabouts::{Whereabouts, whereabouts};
 
 use polyline::{length, part};

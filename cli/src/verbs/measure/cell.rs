@@ -12,13 +12,14 @@ use calibench::measure::campaign::cell::{Cell, read_cell};
 use calibench::measure::campaign::journal::{Journal, JournalSession, OpenedJournal};
 use calibench::measure::campaign::mastering::CalledOff;
 use calibench::measure::campaign::{
-    Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload,
+    Aim, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, parts_by_payload,
 };
 use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
+use calibench::planning::FirstContacts;
 use calibench_rehearsal::{Sources, Watch};
 
 use super::devices::{motion_log, open_gauges, prepare, watched};
@@ -229,6 +230,7 @@ impl ReadyCampaign<'_> {
     ) -> Result<CampaignRecord, CalledOff> {
         let ReadyCampaign { cell, plan, operator, free_reading } = *self;
         let mut record = CampaignRecord::default();
+        let mut aim: Option<Box<dyn Aim>> = Some(Box::new(FirstContacts::new(&cell.dataset, &plan.poses)));
         let parts = parts_by_payload(&plan.poses);
         for (k, part) in parts.iter().enumerate() {
             if parts.len() > 1 {
@@ -240,12 +242,13 @@ impl ReadyCampaign<'_> {
             }
             let (gauges, centring) = (gauges.each_mut(), cell.centring.clone());
             let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, centring);
-            let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            let mut campaign = Campaign::new(controller, CampaignSettings::default()).aiming(aim);
             if let Some(ways) = &plan.ways {
                 campaign = campaign.by(ways.clone(), stands);
             }
             let done = campaign.run_journalled(&part.poses, journal, observer);
             stands = campaign.stands().clone();
+            aim = campaign.take_aim();
             if !record.add(part, done) {
                 return Ok(record);
             }

@@ -14,7 +14,7 @@ const ON_THE_WAY: f64 = 0.1 * DEG;
 
 /// Largest distance of the joints from the motion onto a ball while it is centred, rad: joints near a singular posture turn by
 /// more than others.
-const CENTRING_TURN: f64 = 8.0 * DEG;
+pub(crate) const CENTRING_TURN: f64 = 8.0 * DEG;
 /// The same of the TCP, m: centring moves the arm by up to the gauge's safe range along each axis.
 const CENTRING_REACH: f64 = 15.0 * MM;
 
