@@ -41,6 +41,8 @@ impl Plans {
 
 /// Stops of a probing: before it, on the ball, three steps, and back (a centring takes 3.5 readings on average).
 const STOPS: f64 = 5.5;
+/// The same where contacts are aimed: on the ball, a step or two, and back (docs/decisions/0057).
+const STOPS_AIMED: f64 = 4.1;
 
 /// Approximate time, s, to probe these poses and to measure this many points: the meaning of "by the end of the
 /// session" in a truth.
@@ -51,7 +53,8 @@ pub fn session_s(scenario: &Scenario, poses: &[PlannedPose], points: usize) -> f
     let poses: Vec<&PlannedPose> = poses.iter().filter(|p| !p.reserve).collect();
     let ways: f64 = poses.windows(2).map(|pair| travel(&pair[0].approach, &pair[1].approach)).sum();
     let onto: f64 = poses.iter().map(|p| 2.0 * travel(&p.approach, &p.contact)).sum();
-    let probings = STOPS * (controller.settle_s + 3.0 * READING_S) * poses.len() as f64;
+    let stops = if scenario.plan.aimed { STOPS_AIMED } else { STOPS };
+    let probings = stops * (controller.settle_s + 3.0 * READING_S) * poses.len() as f64;
     // Between random postures a joint travels a third of its range on average, the longest travel of six about half; 0.3 of
     // the largest range is used here.
     let range = scenario.robot().links.iter().map(|l| l.limits[1] - l.limits[0]).fold(0.0, f64::max);

@@ -163,8 +163,11 @@ impl<'a> Session<'a> {
         record
     }
 
-    /// What the arm aims by, as it does in a real cell.
+    /// What the arm aims by; `None` if it meets the balls as planned.
     fn aim(&self, plan: &ProbingPlan) -> Option<Box<dyn Aim>> {
+        if !self.scenario.plan.aimed {
+            return None;
+        }
         let cell = Dataset { contact_force: self.scenario.indicators.contact_force(), ..self.scenario.dataset() };
         Some(Box::new(FirstContacts::new(&cell, &plan.poses)))
     }

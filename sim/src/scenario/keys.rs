@@ -301,6 +301,13 @@ pub struct PlanToml {
     /// `"interleaved"` (alternating between the balls, so that drift cannot appear as the error of a ball), `"interleaved-short"`
     /// (the same in a tour that is 6 % shorter, at a price) or `"ball-by-ball"` (as in the paper).
     pub order: Order,
+    /// True if a ball is met where the probings before it say, as in a real cell; false if where it was planned (the paper).
+    #[serde(default = "aimed")]
+    pub aimed: bool,
+}
+
+fn aimed() -> bool {
+    true
 }
 
 /// Conditions under which a ball counts as centred.

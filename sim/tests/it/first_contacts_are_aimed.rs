@@ -21,7 +21,8 @@ fn first_contacts(record: &CampaignRecord) -> Vec<f64> {
 
 fn campaign(scenario: &str, seed: u64) -> Vec<f64> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/");
-    let scenario = load_scenario(format!("{path}{scenario}.toml").as_ref()).unwrap();
+    let mut scenario = load_scenario(format!("{path}{scenario}.toml").as_ref()).unwrap();
+    scenario.plan.aimed = true;
     let plans = Plans::new(&scenario, seed).unwrap();
     let session =
         Session::begin(&scenario, Streams { seed, trial: 0 }, session_s(&scenario, &plans.plan.probing.poses, 0)).unwrap();
