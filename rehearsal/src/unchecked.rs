@@ -1,6 +1,7 @@
 //! What a rehearsal does not know.
 
 use calibench::measure::campaign::cell::Cell;
+use calibench::measure::poses::ways::WAY_MARGIN;
 use calibench::units::MM;
 
 use super::rehearsal::Rehearsal;
@@ -43,9 +44,11 @@ pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
             .into(),
     );
     let steps = format!(
-        "On each ball the arm is led by the gauge: up to {} steps of up to {:.1} mm along the axes of the tool, which are not shown.",
+        "On each ball the arm is led by the gauge: up to {} steps of up to {:.1} mm along the axes of the tool, which are not shown; \
+         nor is that it comes onto a ball where the probings before say, up to {:.0} mm beside the posture shown.",
         cell.centring.max_steps,
-        cell.guards.max_step / MM
+        cell.guards.max_step / MM,
+        WAY_MARGIN / MM
     );
     all.extend(probes.then_some(steps));
     all.push(
