@@ -8,7 +8,7 @@
 
 mod action;
 mod adaptive;
-mod aim;
+pub mod aim;
 mod candidate_covariances;
 pub mod designer;
 pub mod forecast;
@@ -27,7 +27,6 @@ use self::pool::CellLayout;
 use self::rival::Rival;
 pub use action::{Action, Kind, NotOffered, actions};
 pub use adaptive::{Adaptive, LOOKS, Reached};
-pub use aim::FirstContacts;
 
 use rayon::prelude::*;
 

@@ -13,7 +13,7 @@ use calibench::measure::centring::{CenteringController, CentringSettings, Iterat
 use calibench::measure::dataset::{Dataset, Measured, Sample, SampleSet};
 use calibench::measure::poses::ways::{ArmAt, WayFinder, WayRequest};
 use calibench::measure::poses::{PlannedPose, ProbingPlan};
-use calibench::planning::FirstContacts;
+use calibench::planning::aim::FirstContacts;
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;

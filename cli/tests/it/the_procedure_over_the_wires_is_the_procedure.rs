@@ -10,7 +10,7 @@ use calibench::measure::centring::CenteringController;
 use calibench::measure::dataset::file::read_dataset;
 use calibench::measure::dataset::{Dataset, NamedDataset, SampleSet};
 use calibench::measure::poses::ways::ArmAt;
-use calibench::planning::FirstContacts;
+use calibench::planning::aim::FirstContacts;
 use calibench::units::UM;
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;

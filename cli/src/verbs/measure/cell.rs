@@ -19,7 +19,7 @@ use calibench::measure::dataset::Dataset;
 use calibench::measure::poses::ways::ArmAt;
 use calibench::measure::poses::{ProbingPlan, read_plan};
 use calibench::measure::session::{Devices, FirstMotion, GaugeState, guard_conditions, preflight, start_session};
-use calibench::planning::FirstContacts;
+use calibench::planning::aim::FirstContacts;
 use calibench_rehearsal::{Sources, Watch};
 
 use super::devices::{motion_log, open_gauges, prepare, watched};
