@@ -8,8 +8,6 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use calibench::measure::campaign::ProbingRecord;
-use calibench::measure::centring::Phase;
 use calibench::residuals::Validation;
 use calibench::units::MM;
 use calibench_sim::plans::Plans;
@@ -119,6 +117,5 @@ fn numbers(run: &Run) -> [f64; QUANTITIES.len()] {
 
 /// Distance of the gauge's first reading from the ball's centre, mm, of every probing that read one.
 fn first_contacts(run: &Run) -> Vec<f64> {
-    let first = |p: &ProbingRecord| p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
-    run.campaign.probings.iter().filter_map(first).map(|r| r.norm() / MM).collect()
+    run.campaign.probings.iter().filter_map(|p| p.probing.first_reading()).map(|r| r.norm() / MM).collect()
 }

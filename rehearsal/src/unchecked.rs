@@ -1,7 +1,7 @@
 //! What a rehearsal does not know.
 
 use calibench::measure::campaign::cell::Cell;
-use calibench::measure::poses::ways::WAY_MARGIN;
+use calibench::planning::aim::FURTHEST;
 use calibench::units::MM;
 
 use super::rehearsal::Rehearsal;
@@ -48,7 +48,7 @@ pub(super) fn unchecked(cell: &Cell, rehearsal: &Rehearsal) -> Vec<String> {
          nor is that it comes onto a ball where the probings before say, up to {:.0} mm beside the posture shown.",
         cell.centring.max_steps,
         cell.guards.max_step / MM,
-        WAY_MARGIN / MM
+        FURTHEST / MM
     );
     all.extend(probes.then_some(steps));
     all.push(

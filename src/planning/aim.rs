@@ -16,12 +16,12 @@ use crate::identify::{Model, identify_without_indices};
 use crate::measure::campaign::Aim;
 use crate::measure::dataset::{Dataset, NamedDataset, Sample};
 use crate::measure::poses::PlannedPose;
-use crate::measure::poses::ways::{CENTRING_TURN, WAY_MARGIN};
+use crate::measure::poses::ways::{CENTRING_TURN, WAY_MARGIN, turn};
 use crate::robot::kinematics::world_from_tool;
 use crate::units::UM;
 
-/// Probings after each of which the robot is identified; later it is whenever their number has doubled. 8: two on each ball of
-/// the paper's artifact, after which little is left to be aimed.
+/// Probings after each of which the robot is identified; later it is whenever their number has doubled. 8, a power of two: two on
+/// each ball of the paper's artifact, after which little is left to be aimed.
 const EACH: usize = 8;
 
 /// One sigma of the pose of the base, in plausible sizes: with it, and with those of the arm's own errors, a single probing is
@@ -34,7 +34,7 @@ const NOISE: f64 = 10.0 * UM;
 
 /// Largest distance from the planned contact, m: what a way allows for. The motion onto the ball remains one of those that a
 /// centring itself makes.
-const FURTHEST: f64 = WAY_MARGIN;
+pub const FURTHEST: f64 = WAY_MARGIN;
 
 /// Aims the contacts of a plan by what its first probings say of the robot.
 #[derive(Debug, Clone)]
@@ -43,8 +43,6 @@ pub struct FirstContacts {
     so_far: Dataset,
     model: Model,
     poses: Vec<PlannedPose>,
-    /// Number of samples at which the robot is identified next.
-    next: usize,
     /// Joints of each aimed contact, rad (N), by the pose's name.
     contacts: BTreeMap<String, Vec<f64>>,
 }
@@ -56,7 +54,7 @@ impl FirstContacts {
         model.width.insert(EffectId::BASE_FRAME.into(), BASE_WIDTH);
         let mut so_far = Dataset { samples: Vec::new(), ..cell.clone() };
         so_far.noise.ball.get_or_insert(NOISE);
-        FirstContacts { so_far, model, poses: poses.to_vec(), next: 1, contacts: BTreeMap::new() }
+        FirstContacts { so_far, model, poses: poses.to_vec(), contacts: BTreeMap::new() }
     }
 
     /// Aims at every ball with the robot as the samples so far identify it; what cannot be aimed remains as planned.
@@ -77,8 +75,7 @@ impl FirstContacts {
             let target = Target { id: pose.id.clone(), desired, payload, conditions: Conditions::default() };
             let found = compensator.compensate(&target).outcome.ok()?;
             let shift = world_from_tool(robot, base, tool, &found.q).translation.vector - there.translation.vector;
-            let turn = found.q.iter().zip(&pose.contact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            let is_near = shift.norm() < FURTHEST && turn < CENTRING_TURN;
+            let is_near = shift.norm() < FURTHEST && turn(&found.q, &pose.contact) < CENTRING_TURN;
             is_near.then(|| (pose.id.clone(), found.q))
         };
         self.poses.iter().filter(|pose| pose.ball.is_some() && !measured(pose)).filter_map(&mut aim).collect()
@@ -88,8 +85,8 @@ impl FirstContacts {
 impl Aim for FirstContacts {
     fn learn(&mut self, sample: &Sample) {
         self.so_far.samples.push(sample.clone());
-        if self.so_far.samples.len() == self.next {
-            self.next = if self.next < EACH { self.next + 1 } else { 2 * self.next };
+        let count = self.so_far.samples.len();
+        if count <= EACH || count.is_power_of_two() {
             self.identify();
         }
     }

@@ -10,7 +10,6 @@ use calibench::files::disk::{check_output_folder, write_whole};
 use calibench::identify::calibration::write_calibration;
 use calibench::identify::model_file::write_model;
 use calibench::judgement::ErrorTable;
-use calibench::measure::centring::Phase;
 use calibench::measure::dataset::file::write_dataset;
 use calibench::prediction::WorkspacePoses;
 use calibench::units::{MM, UM};
@@ -235,8 +234,7 @@ fn probings_table(run: &Run) -> Table {
             let pose = &run.plan.probing.poses[p.pose];
             let ball = pose.ball.map(|ball| run.trical.dataset.balls[ball].id.clone()).unwrap_or_default();
             let time = format!("{:.1}", p.probing.duration_s);
-            let first = p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
-            let arrived = first.map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));
+            let arrived = p.probing.first_reading().map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));
             match &p.probing.outcome {
                 Ok(c) => [
                     pose.id.clone(),

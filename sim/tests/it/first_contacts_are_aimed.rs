@@ -2,7 +2,6 @@
 //! beyond the gauge's range, and all of those after the first probings of each ball are well within it.
 
 use calibench::measure::campaign::CampaignRecord;
-use calibench::measure::centring::Phase;
 use calibench::units::MM;
 use calibench_sim::plans::{Plans, session_s};
 use calibench_sim::random::Streams;
@@ -14,9 +13,7 @@ const KNOWN: usize = 8;
 
 /// Distances from the ball's centre at the first reading on it, mm, in the order of the campaign.
 fn first_contacts(record: &CampaignRecord) -> Vec<f64> {
-    let of = |phase| move |i: &&calibench::measure::centring::Iteration| i.phase == phase;
-    let probings = record.probings.iter().filter_map(|p| p.probing.iterations.iter().find(of(Phase::Centring)));
-    probings.filter_map(|i| Some(i.reading.as_ref()?.norm() / MM)).collect()
+    record.probings.iter().filter_map(|p| p.probing.first_reading()).map(|r| r.norm() / MM).collect()
 }
 
 fn campaign(scenario: &str, seed: u64) -> Vec<f64> {

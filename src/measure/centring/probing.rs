@@ -1,5 +1,6 @@
 //! One probing: move to the approach pose, onto the ball, centre it, and always retreat.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -28,6 +29,13 @@ pub struct Probing {
     pub started_s: f64,
     /// Duration, s.
     pub duration_s: f64,
+}
+
+impl Probing {
+    /// The first reading on the ball, m: how far off it the arm arrived; `None` if there was none.
+    pub fn first_reading(&self) -> Option<Vector3<f64>> {
+        self.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading)
+    }
 }
 
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {

@@ -6,7 +6,6 @@
 use std::path::Path;
 
 use calibench::measure::campaign::CampaignRecord;
-use calibench::measure::centring::Phase;
 use calibench::robot::sites::{MdhEntry, Site};
 use calibench::robot::statics::Payload;
 use calibench::units::{MM, UM};
@@ -209,9 +208,7 @@ fn centrings_take_as_many_steps() {
     let (a, b) = (steps(&closed), steps(&mujoco));
     assert_eq!((closed.samples.len(), mujoco.samples.len(), a.len()), (80, 80, b.len()));
     let equal = a.iter().zip(&b).filter(|(a, b)| a == b && a.is_some()).count();
-    let first = |record: &CampaignRecord, k: usize| {
-        record.probings[k].probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading)
-    };
+    let first = |record: &CampaignRecord, k: usize| record.probings[k].probing.first_reading();
     let apart = (0..a.len()).map(|k| (first(&closed, k).unwrap() - first(&mujoco, k).unwrap()).norm()).fold(0.0, f64::max);
     // Up to 6 mm off centre a ball pushes at its own position; the closed forms let the springs push at the TCP. The
     // difference twists the wrist by some 1e-6 rad, and vanishes when the ball is centred.
