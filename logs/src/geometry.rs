@@ -51,18 +51,7 @@ pub(crate) fn misfit(robot: &Robot, rests: &AtRests, seen: Seen) -> Option<f64> 
     if different.len() < FEWEST {
         return None;
     }
-    let mut features = DMatrix::from_element(postures.len(), UNKNOWNS, 1.0);
-    for (r, q) in postures.iter().enumerate() {
-        let flange = world_from_tool(robot, &FramePose::default(), &FramePose::default(), q);
-        let flange = if seen == Seen::Room { flange.inverse() } else { flange };
-        let turn = flange.rotation.matrix();
-        for c in 0..3 {
-            features[(r, c)] = flange.translation.vector[c];
-        }
-        for (k, value) in turn.iter().enumerate() {
-            features[(r, 3 + k)] = *value;
-        }
-    }
+    let features = features(robot, postures, seen);
     let width = rows.first().map_or(0, Vec::len);
     let svd = features.clone().svd(true, true);
     let mut off: Vec<f64> = (0..width)
@@ -81,6 +70,24 @@ pub(crate) fn misfit(robot: &Robot, rests: &AtRests, seen: Seen) -> Option<f64> 
     off.sort_unstable_by(f64::total_cmp);
     off.truncate(COORDINATES);
     (off.len() == COORDINATES).then(|| off.iter().sum::<f64>() / COORDINATES as f64)
+}
+
+/// Of each posture the numbers of which every coordinate is a sum, where a place of a rigid tool is seen in a rigid room: the flange's
+/// place, its rotation, and one.
+pub(crate) fn features(robot: &Robot, postures: &[Vec<f64>], seen: Seen) -> DMatrix<f64> {
+    let mut features = DMatrix::from_element(postures.len(), UNKNOWNS, 1.0);
+    for (r, q) in postures.iter().enumerate() {
+        let flange = world_from_tool(robot, &FramePose::default(), &FramePose::default(), q);
+        let flange = if seen == Seen::Room { flange.inverse() } else { flange };
+        let turn = flange.rotation.matrix();
+        for c in 0..3 {
+            features[(r, c)] = flange.translation.vector[c];
+        }
+        for (k, value) in turn.iter().enumerate() {
+            features[(r, 3 + k)] = *value;
+        }
+    }
+    features
 }
 
 /// Which of several places with orientations a row may hold together, and what is said of the others. Points of one tool share its

@@ -82,16 +82,17 @@ fn mean_of_middle(sorted: &[f64], range: f64) -> (f64, f64) {
 }
 
 /// Which rows scatter far more than others, in the ranges of their columns.
-pub(crate) fn unsteady(kept: &[Row], ranges: &[f64]) -> Vec<bool> {
+pub(crate) fn unsteady<'a>(rows: impl Iterator<Item = &'a [Option<Middle>]>, ranges: &[f64]) -> Vec<bool> {
     let size = |middle: &Middle| {
         let share = |c: usize| if ranges[c] > 0.0 { middle.scatter[c] / ranges[c] } else { 0.0 };
         (0..ranges.len()).map(|c| share(c).powi(2)).sum::<f64>().sqrt()
     };
-    let of = |row: &Row| row.middles.first().and_then(Option::as_ref).filter(|m| m.readings >= FEWEST_READINGS).map(size);
-    let sizes: Vec<Option<f64>> = kept.iter().map(of).collect();
+    let of =
+        |row: &'a [Option<Middle>]| row.first().and_then(Option::as_ref).filter(|m| m.readings >= FEWEST_READINGS).map(size);
+    let sizes: Vec<Option<f64>> = rows.map(of).collect();
     let mut known: Vec<f64> = sizes.iter().flatten().copied().collect();
     if known.len() < FEWEST_INTERVALS {
-        return vec![false; kept.len()];
+        return vec![false; sizes.len()];
     }
     known.sort_unstable_by(f64::total_cmp);
     let usual = known[known.len() / 2];

@@ -1,5 +1,7 @@
 //! Numbers over time in the order of their times, with how far each of them ranges.
 
+use crate::log::Track;
+
 /// Rows of numbers over time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Series {
@@ -18,6 +20,31 @@ impl Series {
         order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
         let rows = order.iter().flat_map(|&k| values[k * width..(k + 1) * width].iter().copied());
         Self::new(order.iter().map(|&k| times[k]).collect(), rows.collect(), width)
+    }
+
+    /// The rows of a track in the order of their times; the two signs in which a rotation can be written do not alternate.
+    pub fn turning(times: &[f64], track: &Track) -> Self {
+        let mut series = Self::sorted(times, &track.values, track.titles.len());
+        let Some(at) = track.titles.iter().position(|title| title == "qx") else { return series };
+        let mut last: Option<[f64; 4]> = None;
+        for row in series.values.chunks_exact_mut(track.titles.len()) {
+            let turn = &mut row[at..at + 4];
+            let agrees = last.is_none_or(|last| last.iter().zip(&*turn).map(|(a, b)| a * b).sum::<f64>() >= 0.0);
+            if !agrees {
+                turn.iter_mut().for_each(|v| *v = -*v);
+            }
+            if turn.iter().all(|v| v.is_finite()) {
+                last = Some([turn[0], turn[1], turn[2], turn[3]]);
+            }
+        }
+        series
+    }
+
+    /// The usual time from one row to the next, s.
+    pub fn period(&self) -> f64 {
+        let mut periods: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
+        periods.sort_unstable_by(f64::total_cmp);
+        periods.get(periods.len() / 2).copied().unwrap_or(f64::INFINITY)
     }
 
     /// Rows that are in the order of their times.

@@ -9,13 +9,14 @@ use crate::geometry::{AtRests, Seen, misfit, together};
 use crate::joints::{JointChoice, Joints, joints_of, named};
 use crate::log::{JointTrack, Log, Track};
 use crate::middle::{Middle, Row, middle, unsteady};
+use crate::poses::{Excluded, MeasuredPoses, reasons};
 use crate::series::Series;
-use crate::table::{Arm, Fields, READINGS, SCATTER, SIGMA, TIME, fields, mean_posture};
+use crate::table::{Arm, TableRow, fields, mean_posture};
 use crate::windows::{Intervals, Rest, Still, intervals};
 
 /// A track that is off by less than this share of how far it spreads follows the arm: the nominal arm is a hundredth off, and at a wrong
 /// shift it is half.
-const FOLLOWS: f64 = 0.15;
+pub(crate) const FOLLOWS: f64 = 0.15;
 
 /// A rest whose first quarter is longer than any delay, s.
 const LONG: f64 = 4.5 * DELAY;
@@ -27,7 +28,7 @@ const OWN: [&str; 8] = ["base", "base_link_inertia", "flange", "tool0", "tool0_c
 
 /// What makes a row.
 #[derive(Debug, Clone)]
-pub struct StillOptions {
+pub struct LogOptions {
     /// The joints of the log.
     pub joints: JointChoice,
     /// Topics of what was measured, by their names; all if there is one.
@@ -42,12 +43,14 @@ pub struct StillOptions {
     pub own_frames: Vec<String>,
     /// One-sigma of the instrument for each coordinate, m: that of a row is this and the scatter of its mean.
     pub noise: Option<f64>,
+    /// True if what was measured while the arm moved is meant, and not its rests.
+    pub moving: bool,
 }
 
-impl Default for StillOptions {
+impl Default for LogOptions {
     /// Rests of half a second, three tenths after the motion.
     fn default() -> Self {
-        StillOptions {
+        LogOptions {
             joints: JointChoice::default(),
             measured: Vec::new(),
             shortest: 0.5,
@@ -55,41 +58,16 @@ impl Default for StillOptions {
             shift: None,
             own_frames: Vec::new(),
             noise: None,
+            moving: false,
         }
     }
-}
-
-/// An interval at rest that gives no row.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Excluded {
-    /// Its begin and end since the begin of the log, s.
-    pub from_s: f64,
-    /// Its end.
-    pub to_s: f64,
-    /// The reason.
-    pub why: &'static str,
-}
-
-/// The rows.
-#[derive(Debug, Clone)]
-pub struct StillPoses {
-    fields: Fields,
-    measured: Vec<String>,
-    /// Number of rows.
-    pub rows: usize,
-    /// Intervals at rest that give no row.
-    pub excluded: Vec<Excluded>,
-    /// What was understood, a sentence each.
-    pub said: Vec<String>,
-    /// Time added to those of the instrument, s.
-    pub shift_s: f64,
 }
 
 /// Averages the rests of a log to the rows of a table.
 ///
 /// # Errors
 /// If joints or measurements are missing or ambiguous, if the arm never rests, or if nothing was measured while it did.
-pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<StillPoses, LogError> {
+pub fn still_poses(log: &Log, robot: &Robot, options: &LogOptions) -> Result<MeasuredPoses, LogError> {
     let refuse = |problem: String, remedy: &str| LogError::Content { files: log.files.clone(), problem, remedy: remedy.into() };
     let Joints { track: joints, said } = joints_of(log, robot, &options.joints)?;
     let mut said = vec![said];
@@ -102,7 +80,7 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     if found.still.is_empty() {
         return Err(refuse(
             never_still(&found, &joint_times),
-            "let the arm stand for a second at each pose, or ask for less with --still and --settle",
+            "let the arm stand for a second at each pose, ask for less with --still and --settle, or use what was measured in motion: --moving",
         ));
     }
     let series: Vec<Series> =
@@ -148,7 +126,7 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
             "check the clocks; state the time to be added to that of the instrument: --shift TIME, such as -0.12s",
         ));
     }
-    let unsteady = unsteady(&kept, &series[0].ranges);
+    let unsteady = unsteady(kept.iter().map(|row| row.middles.as_slice()), &series[0].ranges);
     let (moved, kept): (Vec<_>, Vec<_>) = kept.iter().zip(unsteady).partition(|(_, is_unsteady)| *is_unsteady);
     let of_moved =
         moved.iter().map(|(Row { still, .. }, _)| exclude([still.begin, still.end], "the measurement does not rest"));
@@ -157,38 +135,10 @@ pub fn still_poses(log: &Log, robot: &Robot, options: &StillOptions) -> Result<S
     excluded.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     said.push(in_words(&found, kept.len(), &excluded, &tracks));
     let arm = Arm { robot, joints: &joints, times: &joint_times, tolerance: &found.tolerance };
+    let kept: Vec<TableRow<'_>> = kept.into_iter().map(|row| TableRow::of_rest(&arm, row)).collect();
     let fields = fields(&arm, &tracks, &kept, options.noise);
     let measured = tracks.iter().map(|track| track.name.clone()).collect();
-    Ok(StillPoses { fields, measured, rows: kept.len(), excluded, said, shift_s: seconds })
-}
-
-impl StillPoses {
-    /// Names of what was measured, in the order of its columns.
-    pub fn measured(&self) -> &[String] {
-        &self.measured
-    }
-
-    /// Joints and measurements as a table with titles.
-    pub fn table(&self) -> String {
-        self.fields.csv(false)
-    }
-
-    /// The same with the further columns: the time of each row, its number of readings and how they scatter, its one-sigma where
-    /// that of the instrument is known, and the sign of each joint's last motion before it.
-    pub fn whole_table(&self) -> String {
-        self.fields.csv(true)
-    }
-
-    /// The lines of a column map that read the further columns.
-    pub fn map_lines(&self) -> String {
-        let line = |title: &String| match title.as_str() {
-            TIME => format!("time = {{ column = \"{TIME}\", unit = \"s\" }}\n"),
-            SIGMA => format!("sigma = {{ column = \"{SIGMA}\", unit = \"um\" }}\n"),
-            READINGS | SCATTER => format!("extra_{title} = {{ column = \"{title}\", optional = true }}\n"),
-            approach => format!("{approach} = {{ column = \"{approach}\" }}\n"),
-        };
-        self.fields.beside.iter().map(line).collect()
-    }
+    Ok(MeasuredPoses { fields, measured, rows: kept.len(), excluded, said, shift_s: seconds })
 }
 
 /// The rests, by which shifts between clocks are judged.
@@ -291,7 +241,7 @@ impl Rests<'_> {
 }
 
 /// The tracks that are used: those asked for, or the only one.
-fn measured<'a>(log: &'a Log, joints: &JointTrack, options: &StillOptions) -> Result<Vec<&'a Track>, LogError> {
+pub(crate) fn measured<'a>(log: &'a Log, joints: &JointTrack, options: &LogOptions) -> Result<Vec<&'a Track>, LogError> {
     let refuse = |problem: String, remedy: String| LogError::Content { files: log.files.clone(), problem, remedy };
     // A frame of the robot's own links is its joints once more.
     let is_own = |track: &Track| {
@@ -351,25 +301,12 @@ fn never_still(found: &Intervals, times: &[f64]) -> String {
 }
 
 /// The nominal flange in the base, m.
-fn flange_at(robot: &Robot, q: &[f64]) -> [f64; 3] {
+pub(crate) fn flange_at(robot: &Robot, q: &[f64]) -> [f64; 3] {
     world_from_tool(robot, &FramePose::default(), &FramePose::default(), q).translation.vector.into()
 }
 
 fn in_words(found: &Intervals, rows: usize, excluded: &[Excluded], tracks: &[&Track]) -> String {
     let rests = found.still.len() + found.short.len() + found.creeping.len();
     let names: Vec<String> = tracks.iter().map(|track| track.name.clone()).collect();
-    let mut reasons: Vec<(&str, usize)> = Vec::new();
-    for Excluded { why, .. } in excluded {
-        match reasons.iter_mut().find(|(known, _)| known == why) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((why, 1)),
-        }
-    }
-    let reasons: Vec<String> = reasons.iter().map(|(why, count)| format!("{count} where {}", sentence(why))).collect();
-    let not = if reasons.is_empty() { String::new() } else { format!("; not used: {}", reasons.join(", ")) };
-    format!("rests: {rests}, of which {rows} with a measurement by {}{not}", names.join(", "))
-}
-
-fn sentence(why: &str) -> &str {
-    if why == "too short after settling" { "the rest is too short after settling" } else { why }
+    format!("rests: {rests}, of which {rows} with a measurement by {}{}", names.join(", "), reasons(excluded))
 }

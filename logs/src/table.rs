@@ -6,7 +6,7 @@ use calibench::robot::{JointKind, Robot};
 use calibench::units::UM;
 
 use crate::log::{JointTrack, Track};
-use crate::middle::{FEWEST_READINGS, Row};
+use crate::middle::{FEWEST_READINGS, Middle, Row};
 use crate::windows::Still;
 
 /// A motion is one if it is longer than this multiple of the tolerance at rest.
@@ -47,15 +47,10 @@ impl Arm<'_> {
         self.joints.positions[row * self.joints.joints.len() + j]
     }
 
-    fn mean(&self, still: &Still, j: usize) -> f64 {
-        mean_of(self.joints, still, j)
-    }
-
-    /// The sign of the last motion of a joint before it stood; 0 if it had not moved.
-    fn approach(&self, still: &Still, j: usize) -> i8 {
-        let at = self.mean(still, j);
+    /// The sign of the last motion of a joint to where it is, seen in the readings before one; 0 if it had not moved.
+    pub fn approach(&self, before: usize, j: usize, at: f64) -> i8 {
         let moved = |k: &usize| (self.position(*k, j) - at).abs() > MOTION * self.tolerance[j];
-        match (0..still.from).rev().find(moved) {
+        match (0..before).rev().find(moved) {
             Some(k) if self.position(k, j) < at => 1,
             Some(_) => -1,
             None => 0,
@@ -83,8 +78,33 @@ impl Fields {
     }
 }
 
+/// A row of the table: where the arm was, and what was measured then.
+pub(crate) struct TableRow<'a> {
+    /// Position of each joint, rad or m.
+    pub posture: Vec<f64>,
+    /// Time since the begin of the log, s.
+    pub time: f64,
+    /// Sign of the last motion of each joint.
+    pub approach: Vec<i8>,
+    /// Of each track.
+    pub middles: &'a [Option<Middle>],
+    /// One-sigma of the mean of the readings, m, where it is not that of their scatter.
+    pub of_mean: Option<f64>,
+}
+
+impl<'a> TableRow<'a> {
+    /// That of a rest.
+    pub fn of_rest(arm: &Arm<'_>, row: &'a Row) -> Self {
+        let still = &row.still;
+        let posture = mean_posture(arm.joints, still);
+        let begin = arm.times.first().copied().unwrap_or(0.0);
+        let approach = posture.iter().enumerate().map(|(j, &at)| arm.approach(still.from, j, at)).collect();
+        TableRow { posture, time: arm.times[still.from] - begin, approach, middles: &row.middles, of_mean: None }
+    }
+}
+
 /// The rows, with the one-sigma of each where that of the instrument is given, m.
-pub(crate) fn fields(arm: &Arm<'_>, tracks: &[&Track], kept: &[&Row], noise: Option<f64>) -> Fields {
+pub(crate) fn fields(arm: &Arm<'_>, tracks: &[&Track], kept: &[TableRow<'_>], noise: Option<f64>) -> Fields {
     let joints = arm.joints.joints.len();
     let title = |j: usize| match (arm.joints.is_si, arm.robot.kind(j)) {
         (true, JointKind::Revolute) => format!("q{}_rad", j + 1),
@@ -105,17 +125,16 @@ pub(crate) fn fields(arm: &Arm<'_>, tracks: &[&Track], kept: &[&Row], noise: Opt
     beside.extend(in_metres.then(|| SCATTER.to_owned()));
     beside.extend(noise.filter(|_| in_metres).map(|_| SIGMA.to_owned()));
     beside.extend((0..joints).map(|j| format!("{APPROACH}{}", j + 1)));
-    let begin = arm.times.first().copied().unwrap_or(0.0);
-    let row = |Row { still, middles }: &Row| {
-        let mut fields: Vec<String> = (0..joints).map(|j| written(arm.mean(still, j))).collect();
-        for (n, (track, middle)) in tracks.iter().zip(middles).enumerate() {
+    let row = |TableRow { posture, time, approach, middles, of_mean }: &TableRow<'_>| {
+        let mut fields: Vec<String> = posture.iter().map(|&at| written(at)).collect();
+        for (n, (track, middle)) in tracks.iter().zip(*middles).enumerate() {
             for (c, title) in track.titles.iter().enumerate() {
                 if n == 0 || !title.starts_with('q') {
                     fields.push(middle.as_ref().map_or_else(String::new, |middle| written(middle.values[c])));
                 }
             }
         }
-        fields.push(written(arm.times[still.from] - begin));
+        fields.push(written(*time));
         let first = middles.first().and_then(Option::as_ref);
         let readings = first.map_or(0, |middle| middle.readings);
         fields.push(readings.to_string());
@@ -125,13 +144,13 @@ pub(crate) fn fields(arm: &Arm<'_>, tracks: &[&Track], kept: &[&Row], noise: Opt
             fields.push(scatter.map_or_else(String::new, micrometres));
         }
         if let Some(noise) = noise.filter(|_| in_metres) {
-            let of_mean = scatter.unwrap_or(0.0) / (readings.max(1) as f64).sqrt();
+            let of_mean = of_mean.unwrap_or_else(|| scatter.unwrap_or(0.0) / (readings.max(1) as f64).sqrt());
             fields.push(micrometres(noise.hypot(of_mean)));
         }
-        fields.extend((0..joints).map(|j| arm.approach(still, j).to_string()));
+        fields.extend(approach.iter().map(i8::to_string));
         fields
     };
-    Fields { titles, beside, rows: kept.iter().map(|kept| row(kept)).collect() }
+    Fields { titles, beside, rows: kept.iter().map(row).collect() }
 }
 
 fn micrometres(length: f64) -> String {

@@ -1,23 +1,15 @@
-//! Logs in place of a table: the flags that say what of a log is meant, and the table of its still poses.
+//! Logs in place of a table: the flags that say what of a log is meant, and the table of its rows.
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::FileError;
-use calibench::files::disk::{is_file, write_whole};
-use calibench::import::{Guess, ImportError, guess};
+use calibench::files::disk::is_file;
 use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::robot::urdf::robot_from_urdf;
-use calibench_logs::{Excluded, JointChoice, StillOptions, read_logs, still_poses};
+use calibench_logs::{JointChoice, LogOptions, LogTable, log_table, read_logs};
 
 use crate::arguments::data::from_anywhere;
 use crate::arguments::quantities::{duration, signed_duration};
 use crate::terminal::failure::Failure;
-
-/// The table of the still poses, in the folder of the dataset that is made of it.
-pub const STILLS: &str = "stills.csv";
-
-/// Beginnings of the reasons of a guess that a log does not make plain.
-const TOLD: [&str; 2] = ["orientations: ", "an orientation"];
 
 /// What of a log is meant.
 #[derive(clap::Args, Debug, Clone, Default)]
@@ -32,6 +24,9 @@ pub struct LogArguments {
     /// Names of the robot's joints from its base on, separated by commas, if the URDF does not tell them
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     joints: Vec<String>,
+    /// Use what was measured while the arm moved: joints and instrument are compared at the same moments, by the delay between them
+    #[arg(long, conflicts_with_all = ["still", "settle"])]
+    pub moving: bool,
     /// Shortest rest after settling, such as 0.5s, which is the default
     #[arg(long, value_name = "TIME", value_parser = duration)]
     still: Option<f64>,
@@ -50,6 +45,7 @@ impl LogArguments {
             (!self.measured.is_empty(), "--measured"),
             (self.joints_from.is_some(), "--joints-from"),
             (!self.joints.is_empty(), "--joints"),
+            (self.moving, "--moving"),
             (self.still.is_some(), "--still"),
             (self.settle.is_some(), "--settle"),
             (self.shift.is_some(), "--shift"),
@@ -58,30 +54,14 @@ impl LogArguments {
     }
 }
 
-/// The still poses of a log as a table that was understood.
-pub struct StillTable {
-    /// The table, whole.
-    pub text: String,
-    /// How it is read.
-    pub guess: Guess,
-    /// What was understood of the log, a sentence each.
-    pub said: Vec<String>,
-    /// Number of rows.
-    pub rows: usize,
-    /// Rests that give no row.
-    pub excluded: Vec<Excluded>,
-    /// Time added to those of the instrument, s.
-    pub shift_s: f64,
-}
-
-/// Reads logs, averages the rests, and finds how the numbers fit the robot. The table is written to `folder`, from where it is read.
-pub fn still_table(
+/// Reads logs and finds how their rows fit the robot. The table is written to `folder`, from where it is read.
+pub fn table(
     files: &[PathBuf],
     named: &str,
     arguments: &LogArguments,
     noise: Option<f64>,
     folder: &Path,
-) -> Result<StillTable, Failure> {
+) -> Result<LogTable, Failure> {
     let arm = robot(named, Path::new(""))?;
     let RobotReference { name, ends } = RobotReference::parse(named);
     let is_urdf = is_file(Path::new(name)) && Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
@@ -95,8 +75,8 @@ pub fn still_table(
         return Err(format!("--joints: has {given} names, and '{}' has {wanted} joints; name them all", arm.name).into());
     }
     let log = read_logs(files, &arm, &names)?;
-    let defaults = StillOptions::default();
-    let options = StillOptions {
+    let defaults = LogOptions::default();
+    let options = LogOptions {
         joints: JointChoice { names, topic: arguments.joints_from.clone() },
         measured: arguments.measured.clone(),
         shortest: arguments.still.unwrap_or(defaults.shortest),
@@ -104,33 +84,7 @@ pub fn still_table(
         shift: arguments.shift,
         own_frames,
         noise,
+        moving: arguments.moving,
     };
-    let stills = still_poses(&log, &arm, &options)?;
-    let table = folder.join(STILLS);
-    // What is known beside is no candidate for a joint or a position.
-    write_whole(&table, stills.table().as_bytes())?;
-    let understood = stills.said.last().cloned().unwrap_or_default();
-    let of_log = |error: ImportError| match error {
-        ImportError::File(error) if error.path == table => {
-            let problem = format!("{understood}; the table of these rests {}", error.problem);
-            let remedy = "check that it is this robot (--joints), what was measured (--measured), in rad and m, and the clocks (--shift)";
-            ImportError::File(FileError { path: files[0].clone(), line: None, problem, remedy: remedy.into(), ..error })
-        }
-        error => error,
-    };
-    let guess = guess(&table, &arm, &from_anywhere(named)).map_err(of_log)?.with_columns(&stills.map_lines());
-    let text = stills.whole_table();
-    write_whole(&table, text.as_bytes())?;
-    let mut said: Vec<String> = log.remarks.iter().chain(&stills.said).cloned().collect();
-    for (n, name) in stills.measured().iter().enumerate().skip(1) {
-        if !guess.map.contains(&format!("\"x{}_m\"", n + 1)) {
-            said.push(format!(
-                "{name} is not used: it does not move as a further point of the tool of {}",
-                stills.measured()[0]
-            ));
-        }
-    }
-    // Of the columns, what is not plain from their titles.
-    said.extend(guess.reasons.iter().filter(|reason| TOLD.iter().any(|begin| reason.starts_with(begin))).cloned());
-    Ok(StillTable { text, guess, said, rows: stills.rows, excluded: stills.excluded, shift_s: stills.shift_s })
+    Ok(log_table(&log, &arm, &from_anywhere(named), &options, folder)?)
 }

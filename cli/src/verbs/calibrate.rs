@@ -26,13 +26,13 @@ use calibench::robot::robot_file::{RobotReference, robot};
 use calibench::robot::urdf::calibrated_urdf;
 use calibench::selection::hold_out::HoldOut;
 use calibench::selection::ladder::{Ladder, LadderProgress, observed_ladder};
-use calibench_logs::is_log;
+use calibench_logs::{LogTable, MOMENTS, STILLS, is_log};
 use calibench_report::documents::{self, to_value};
 use calibench_report::{Recommended, all_called, first_screen, nominal_fit_line, what_to_do_now};
 
 use crate::arguments::data::{MODEL, from_anywhere};
 use crate::arguments::data_gate::gate;
-use crate::arguments::logs::{LogArguments, STILLS, StillTable, still_table};
+use crate::arguments::logs::{self, LogArguments};
 use crate::arguments::quantities::{duration, length};
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_detail, print_json};
@@ -40,7 +40,8 @@ use crate::terminal::progress::Waiting;
 use crate::terminal::streams::input;
 
 /// Files of a calibrated folder beside those of a dataset.
-const FILES: &[&str] = &[JUDGEMENT, "robot.toml", CALIBRATION, CALIBRATED_ROBOT, MODEL, URDF, super::report::FILE, MAP, STILLS];
+const FILES: &[&str] =
+    &[JUDGEMENT, "robot.toml", CALIBRATION, CALIBRATED_ROBOT, MODEL, URDF, super::report::FILE, MAP, STILLS, MOMENTS];
 /// The judgement as a document.
 const JUDGEMENT: &str = "judgement.json";
 const CALIBRATION: &str = "calibration.toml";
@@ -96,8 +97,14 @@ struct Source {
     map: Option<Guess>,
     /// What was understood, in lines.
     said: Vec<String>,
-    /// The table of the still poses of a log.
-    stills: Option<String>,
+    /// The table of a log: its file, and its text.
+    of_log: Option<LogRows>,
+}
+
+/// The table of a log.
+struct LogRows {
+    file: &'static str,
+    text: String,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -105,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_output_folder(folder, "calibration", JUDGEMENT)?;
     refuse_measured(folder)?;
     let waiting = Waiting::new("reading");
-    let Source { mut dataset, map, said, stills } = read(arguments)?;
+    let Source { mut dataset, map, said, of_log } = read(arguments)?;
     if let Some(noise) = arguments.noise {
         state_noise(&mut dataset, noise);
     }
@@ -172,8 +179,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
             write_whole(&inside.join(MAP), map.as_bytes())?;
         }
-        if let Some(stills) = &stills {
-            write_whole(&inside.join(STILLS), stills.as_bytes())?;
+        if let Some(LogRows { file, text }) = &of_log {
+            write_whole(&inside.join(file), text.as_bytes())?;
         }
         if let Ok(urdf) = &urdf {
             write_whole(&inside.join(URDF), urdf.as_bytes())?;
@@ -219,7 +226,8 @@ fn name_of(folder: &Path) -> String {
 
 /// Reads a dataset folder, or tables through a map that is guessed from the first.
 fn read(arguments: &Arguments) -> Result<Source, Failure> {
-    if arguments.tables.iter().any(|table| is_log(table)) {
+    // Tables over time are taken for recordings where that is asked for.
+    if arguments.log.moving || arguments.tables.iter().any(|table| is_log(table)) {
         return read_log(arguments);
     }
     if let Some(flag) = arguments.log.given() {
@@ -238,7 +246,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
             }
             dataset.state_times(time);
         }
-        return Ok(Source { dataset, map: None, said: Vec::new(), stills: None });
+        return Ok(Source { dataset, map: None, said: Vec::new(), of_log: None });
     }
     let named = named_robot(arguments)?;
     let guessed = guess(&arguments.tables[0], &robot(named, Path::new(""))?, &from_anywhere(named))?;
@@ -255,7 +263,7 @@ fn read(arguments: &Arguments) -> Result<Source, Failure> {
     let understood: Vec<String> = understood.into_iter().flatten().collect();
     print_detail(report.to_string());
     guessed.reasons.iter().for_each(print_detail);
-    Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed), stills: None })
+    Ok(Source { dataset, said: vec![understood.join("; ") + "."], map: Some(guessed), of_log: None })
 }
 
 /// The robot that was named for tables and logs.
@@ -280,13 +288,13 @@ fn read_log(arguments: &Arguments) -> Result<Source, Failure> {
     }
     let named = named_robot(arguments)?;
     let workplace = tempfile::tempdir()?;
-    let StillTable { text, guess, said, excluded, .. } =
-        still_table(&arguments.tables, named, &arguments.log, arguments.noise, workplace.path())?;
-    let (dataset, report) = guess.import(&[workplace.path().join(STILLS)], &ImportOptions::default())?;
+    let LogTable { text, file, guess, said, excluded, .. } =
+        logs::table(&arguments.tables, named, &arguments.log, arguments.noise, workplace.path())?;
+    let (dataset, report) = guess.import(&[workplace.path().join(file)], &ImportOptions::default())?;
     excluded.iter().for_each(|e| print_detail(format!("{:.2} to {:.2} s: {}", e.from_s, e.to_s, e.why)));
     print_detail(report.to_string());
     guess.reasons.iter().for_each(print_detail);
-    Ok(Source { dataset, said, map: Some(guess), stills: Some(text) })
+    Ok(Source { dataset, said, map: Some(guess), of_log: Some(LogRows { file, text }) })
 }
 
 /// The dataset as it is read back, with the digest by which a calibration knows it and with a robot of its own.

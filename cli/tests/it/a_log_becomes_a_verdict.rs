@@ -97,6 +97,40 @@ fn a_recording_is_calibrated_by_one_command() {
 }
 
 #[test]
+fn a_minute_of_motion_is_calibrated_by_one_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let [joints, tracker] = ["joints.csv", "tracker.csv"].map(|name| recordings().join("moving").join(name));
+    let files = [joints.to_str().unwrap(), tracker.to_str().unwrap()];
+    let import =
+        ["import", "log", files[0], files[1], "--robot", "ur5", "--moving", "--noise", "10um", "-o", "moved", "--json"];
+    let said = json(at, &import);
+    let log = &said["log"];
+    // By who made the recording; its filter is 8 ms late.
+    assert!((log["shift_s"].as_f64().unwrap() + 37.508).abs() < 1e-4, "{said:#}");
+    assert!(log["shift_sigma_s"].as_f64().unwrap() < 1e-4, "{said:#}");
+    assert!(log["understood"].to_string().contains("smooths over"), "{said:#}");
+    assert!(at.join("moved/moments.csv").is_file());
+    // In one step or in two.
+    let told = done(at, &["calibrate", files[0], files[1], "--robot", "ur5", "--moving", "--noise", "10um", "-o", "one"]);
+    assert!(told.contains("clocks matched: -37.508"), "{told}");
+    done(at, &["calibrate", "moved", "-o", "two"]);
+    let of = |folder: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(at.join(folder).join("judgement.json")).unwrap()).unwrap()
+    };
+    assert_eq!(of("one")["errors"], of("two")["errors"]);
+    // At poses at which it stands, which nobody fitted: the noise of the motion is not in it.
+    let truth = recordings().join("moving/truth.csv");
+    let still = ["import", "guess", truth.to_str().unwrap(), "--robot", "ur5", "-o", "still.toml"];
+    done(at, &still);
+    let still = ["import", "generic", truth.to_str().unwrap(), "--map", "still.toml", "--set-up-of", "one", "-o", "still"];
+    done(at, &still);
+    let judged = json(at, &["validate", "one/calibration.toml", "still", "--json"]);
+    let mean = |state: &str| judged["states"][state]["mean_mm"].as_f64().unwrap();
+    assert!(mean("calibrated") < 0.012 && mean("nominal") > 0.5, "{judged:#}");
+}
+
+#[test]
 fn a_flag_of_logs_is_for_logs() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -4,7 +4,7 @@
 use calibench::nalgebra::{IsometryMatrix3, Rotation3, UnitQuaternion, Vector3};
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
-use calibench_logs::{JointTrack, Log, StillOptions, StillPoses, Track, still_poses};
+use calibench_logs::{JointTrack, Log, LogOptions, MeasuredPoses, Track, still_poses};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -65,11 +65,11 @@ fn recorded(robot: &Robot, are_on_tool: bool) -> Log {
     Log { joints: vec![joints], tracks, ..Log::default() }
 }
 
-fn stills(are_on_tool: bool, order: [usize; 2]) -> StillPoses {
+fn stills(are_on_tool: bool, order: [usize; 2]) -> MeasuredPoses {
     let robot = built_in("ur5").unwrap();
     let log = recorded(&robot, are_on_tool);
     let measured = order.map(|n| log.tracks[n].name.clone()).into();
-    still_poses(&log, &robot, &StillOptions { measured, ..StillOptions::default() }).unwrap()
+    still_poses(&log, &robot, &LogOptions { measured, ..LogOptions::default() }).unwrap()
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use calibench::nalgebra::Vector3;
 use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Robot, built_in};
-use calibench_logs::{JointTrack, Log, StillOptions, Track, still_poses};
+use calibench_logs::{JointTrack, Log, LogOptions, Track, still_poses};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -99,7 +99,7 @@ fn a_shift_is_right_or_is_asked_for() {
         let mut found = 0;
         for seed in 0..6 {
             let (log, shift) = recorded(&robot, &campaign, 7000 + seed);
-            let Ok(poses) = still_poses(&log, &robot, &StillOptions::default()) else { continue };
+            let Ok(poses) = still_poses(&log, &robot, &LogOptions::default()) else { continue };
             assert!((poses.shift_s - shift).abs() < 0.05, "{name}, {seed}: {} for {shift}", poses.shift_s);
             assert!(poses.rows * 10 >= campaign.poses * 9, "{name}, {seed}: {} rows", poses.rows);
             found += 1;

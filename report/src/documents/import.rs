@@ -52,13 +52,16 @@ pub struct ImportReport {
     pub log: Option<ImportedLog>,
 }
 
-/// The rests of a recording over time.
+/// The rests of a recording over time, or the moments in motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ImportedLog {
-    /// Number of rests with a measurement, each a row.
+    /// Number of rests with a measurement, each a row; of moments in motion, if these are the rows.
     pub rests: usize,
     /// Time added to those of the instrument, s.
     pub shift_s: f64,
+    /// Standard uncertainty of that, s, where it was found from motion.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub shift_sigma_s: Option<f64>,
     /// What was understood, a sentence each.
     pub understood: Vec<String>,
     /// Rests that give no row.

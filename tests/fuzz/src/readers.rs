@@ -27,7 +27,7 @@ use calibench::robot::built_in;
 use calibench::robot::robot_file::load_robot;
 use calibench::robot::urdf::{ChainEnds, UrdfRobot, calibrated_urdf, robot_from_urdf};
 use calibench_lab::study::RowsReader;
-use calibench_logs::{StillOptions, read_logs, still_poses};
+use calibench_logs::{LogOptions, Moving, read_logs, still_poses};
 use calibench_programs::{Permissions, Program, read_program, rewrite_programs};
 use calibench_serve::script::parse;
 use calibench_serve::{Instrument, Manner};
@@ -188,7 +188,8 @@ fn recording(bytes: &[u8]) {
     let name = ["one.mcap", "one.csv", "one.db3"][usize::from(*form) % 3];
     let robot = built_in("ur5").expect("built in");
     if let Ok(log) = read_logs(&[file(name, content)], &robot, &[]) {
-        black_box(still_poses(&log, &robot, &StillOptions::default()).is_ok());
+        black_box(still_poses(&log, &robot, &LogOptions::default()).is_ok());
+        black_box(Moving::of(&log, &robot, &LogOptions { moving: true, ..LogOptions::default() }).map(|m| m.poses()).is_ok());
     }
 }
 

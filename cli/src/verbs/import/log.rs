@@ -1,4 +1,4 @@
-//! `import log FILE... --robot ROBOT -o DATASET`: where the arm stood still in a recording, and what was measured there.
+//! `import log FILE... --robot ROBOT -o DATASET`: where the arm was in a recording, and what was measured then.
 
 use std::path::Path;
 
@@ -7,17 +7,17 @@ use calibench::identify::problem::Use;
 use calibench::import::{ImportOptions, state_noise};
 use calibench::measure::dataset::SampleSet;
 use calibench::measure::dataset::file::write_dataset_with;
-use calibench_logs::Excluded;
+use calibench_logs::{Excluded, LogTable, MOMENTS, STILLS};
 use calibench_report::documents;
 
 use super::{Arguments, holdout};
 use crate::arguments::data_gate::gate;
-use crate::arguments::logs::{STILLS, StillTable, still_table};
+use crate::arguments::logs::table;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{print, print_answer, print_detail, print_json};
 use crate::terminal::progress::Waiting;
 
-/// The column map by which the still poses were read.
+/// The column map by which the table was read.
 const MAP: &str = "map.toml";
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -37,9 +37,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = &arguments.output;
     let waiting = Waiting::new("reading the log");
     let workplace = tempfile::tempdir()?;
-    let StillTable { text, guess, said, rows, excluded, shift_s } =
-        still_table(&arguments.files, named, &arguments.log, arguments.noise, workplace.path())?;
-    let table = workplace.path().join(STILLS);
+    let LogTable { text, file, guess, said, rows, excluded, shift_s, shift_sigma_s } =
+        table(&arguments.files, named, &arguments.log, arguments.noise, workplace.path())?;
+    let table = workplace.path().join(file);
     let options =
         ImportOptions { holdout: holdout(arguments), set_up_of: arguments.set_up_of.clone(), ..ImportOptions::default() };
     let (mut dataset, report) = guess.import(&[table], &options)?;
@@ -55,8 +55,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(waiting);
     let [(_, dataset)] = datasets;
     let map = if dataset.noise.point.is_some() { guess.map_with(&dataset.noise) } else { guess.map.clone() };
-    write_dataset_with(&dataset, folder, &[STILLS, MAP], |inside| {
-        write_whole(&inside.join(STILLS), text.as_bytes())?;
+    write_dataset_with(&dataset, folder, &[STILLS, MOMENTS, MAP], |inside| {
+        write_whole(&inside.join(file), text.as_bytes())?;
         write_whole(&inside.join(MAP), map.as_bytes())
     })?;
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
@@ -66,6 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let log = documents::ImportedLog {
             rests: rows,
             shift_s,
+            shift_sigma_s,
             understood: said,
             excluded: excluded.iter().map(document_of).collect(),
         };
