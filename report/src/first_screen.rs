@@ -15,8 +15,9 @@ use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErro
 use calibench::measure::dataset::NamedDataset;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
+use calibench::residuals::noise_floor::NoiseSource;
 use calibench::selection::ToDo;
-use calibench::units::{MM, UM};
+use calibench::units::{DEG, MM, UM};
 
 /// Name of a state on every screen.
 #[must_use]
@@ -80,6 +81,17 @@ pub fn error_table(errors: &ErrorTable, tolerance: Option<f64>) -> Table {
     plain_table([title.as_str(), "mean", "95 %", "max", ""], errors.rows.iter().filter(is_said).map(row).collect())
 }
 
+/// The errors of measured orientations at the same poses, a state after the other; `None` if none were measured.
+#[must_use]
+pub fn orientation_sentence(errors: &ErrorTable) -> Option<String> {
+    let of = |row: &ErrorRow| {
+        let orientation = row.errors.as_ref().ok()?.orientation?;
+        Some(format!("{} {:.3} deg", stage_name(row.stage), orientation.mean / DEG))
+    };
+    let known: Vec<String> = errors.rows.iter().filter_map(of).collect();
+    (!known.is_empty()).then(|| format!("Orientation at the same poses, mean: {}.", known.join(", ")))
+}
+
 /// The rows of a table of errors that come before the calibration: as delivered and nominal, where they are known.
 #[must_use]
 pub fn rows_before(errors: &ErrorTable) -> Vec<[String; 7]> {
@@ -141,12 +153,12 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
     let mut all = vec![match (errors.does_harm(), errors.gains_nothing()) {
         (true, _) => format!("do not use {file}: at the poses held out it errs more than the nominal arm"),
         (_, true) => format!("{file} gains nothing: at the poses held out it errs no less than the nominal arm"),
+        _ if cause.by_row_order.is_some() => format!("otherwise use {file}"),
         _ => format!("use {file}"),
     }];
     if cause.by_row_order.is_some() {
-        all.push(format!(
-            "if the rows stand in the order of measurement, calibrate again with `--every {ROW_TIME}`, or how long a row took"
-        ));
+        let again = "if the rows stand in the order of measurement, calibrate again with";
+        all.insert(0, format!("{again} `--every {ROW_TIME}`, or how long a row took"));
     } else if cause.verdict_of_the_rest() == Verdict::Unexplained
         && let Some(times) = cause.beyond_noise()
     {
@@ -162,8 +174,16 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
             return vec!["correct the data, which do not fit the robot, and calibrate again".into()];
         }
         ToDo::Unknown => return vec![unconverged_sentence(cause.outcome).trim_end_matches('.').to_owned()],
+        // No further pose tells what happened on the way.
+        _ if cause.by_row_order.is_some() => {}
         ToDo::Distinguish => {
             all.push(format!("to know which effect it is, measure what `{}` proposes", commands.verb("plan next")));
+        }
+        _ if cause.is_thin() && cause.verdict_of_the_rest().is_noise() => {
+            all.push(format!(
+                "measure more postures, so few cannot show what is missing: `{}` proposes some",
+                commands.verb("plan next")
+            ));
         }
         _ if judgement.expected.inside.as_ref().is_some_and(|e| e.at_least) => {
             all.push(format!(
@@ -174,7 +194,13 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
         ToDo::Stop => all.push(commands.more_measurements().trim_end_matches('.').to_owned()),
         _ => {}
     }
-    if !noise_stated {
+    let of_repeats = Some(&cause.scatter.noise).filter(|noise| noise.source == NoiseSource::Replicates).and_then(|n| n.level);
+    if let Some(level) = of_repeats.filter(|_| !noise_stated) {
+        all.push(format!(
+            "state the noise of the instrument (--noise): what was measured twice scatters by {:.0} µm per axis",
+            level.per_axis / UM
+        ));
+    } else if !noise_stated {
         let explains = judgement.errors.noise().unwrap_or(0.0);
         let per_axis = if judgement.errors.components == 1 { "" } else { " per axis" };
         all.push(format!(
@@ -182,7 +208,9 @@ pub fn what_to_do_now(judgement: &Judgement, noise_stated: bool, file: &str, com
             explains / UM
         ));
     }
-    if let (false, Some(half)) = (errors.far_off.is_empty(), errors.last()) {
+    // What happened on the way puts good rows far off.
+    let has_strays = !errors.far_off.is_empty() && cause.by_row_order.is_none();
+    if let (true, Some(half)) = (has_strays, errors.last()) {
         let rows: Vec<String> = errors.far_off.iter().map(|row| format!("{} ({:.3} mm)", row.sample, row.error / MM)).collect();
         all.push(format!(
             "measure again, or leave out, of the rows held out {}: half of them are within {:.3} mm",
@@ -200,5 +228,6 @@ pub fn first_screen(name: &str, datasets: &[NamedDataset<'_>], judgement: &Judge
     let Judgement { errors, expected, cause, .. } = judgement;
     Printout::from(data_line(name, errors, datasets) + "\n")
         + error_table(errors, tolerance)
+        + orientation_sentence(errors).map_or_else(String::new, |sentence| format!("\n{sentence}"))
         + format!("\n{}\nCause: {}.", expected_sentence(expected), cause_words(cause))
 }

@@ -84,7 +84,14 @@ impl Examination {
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
     pub fn new(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
-        let model = &judging(model);
+        Examination::as_identified(datasets, &judging(model))
+    }
+
+    /// As [`Examination::new`], by everything that counts when `model` is identified: by orientations whose weight is a guess, too.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(crate) fn as_identified(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         Examination::fitted(datasets, model, problem, fit, Library::new(datasets, model))

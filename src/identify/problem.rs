@@ -28,6 +28,7 @@ mod wanted;
 use std::sync::Arc;
 
 use self::cell::Cell;
+pub(crate) use self::cell::takes_orientations;
 pub(crate) use self::columns::SampleContext;
 use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;

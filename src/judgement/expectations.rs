@@ -27,15 +27,23 @@ impl Expectations {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn of(datasets: &[NamedDataset<'_>], step: &LadderStep) -> Result<Self, IdentifyError> {
-        let known = |at: PoseSource| step.workspace.clone().filter(|error| error.at == at);
+        // The step was judged by its positions; what is used may have been fitted to orientations too.
+        let by_positions = step.calibration.model.only_weighed_orientations;
+        let known = |at: PoseSource| step.workspace.clone().filter(|error| by_positions && error.at == at);
         let still = still_joints(&step.calibration);
-        let examination = Examination::new(datasets, &step.model)?;
+        let examination = match by_positions {
+            true => Examination::new(datasets, &step.model)?,
+            false => Examination::as_identified(datasets, &step.calibration.model)?,
+        };
         let predicted = |poses: WorkspacePoses| match known(poses.source) {
             Some(error) => Ok(Some(error)),
             None => WorkspaceError::predict(datasets, &examination, &poses),
         };
         Ok(Expectations {
-            held_out: known(PoseSource::Validation),
+            held_out: match Some(WorkspacePoses::of(datasets)).filter(|poses| poses.source == PoseSource::Validation) {
+                Some(poses) => predicted(poses)?,
+                None => None,
+            },
             inside: predicted(WorkspacePoses::inside(datasets, &step.calibration.joint_ranges))?,
             over_limits: if still.is_empty() { predicted(WorkspacePoses::over_limits(datasets))? } else { None },
             still,

@@ -25,11 +25,11 @@ use super::recommend::{Choice, ChoiceKind as Kind, Gain, Recommendation, SizedCa
 use super::withdrawal::{Contradiction, contradicted};
 use crate::diagnosis::library::Library;
 use crate::effects::{self, EffectId};
-use crate::identify::Model;
 use crate::identify::calibration::IdentifyError;
 use crate::identify::fit::Outcome;
-use crate::identify::problem::{Use, missing};
-use crate::measure::dataset::NamedDataset;
+use crate::identify::problem::{Use, missing, takes_orientations};
+use crate::identify::{Model, identify};
+use crate::measure::dataset::{NamedDataset, Sample};
 
 /// Largest number of steps that are added to the first model.
 const MOST_STEPS: usize = 16;
@@ -238,7 +238,30 @@ fn end<B>(
     let first = &steps[0];
     let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
     let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
-    Ok(Ladder { steps, top, recommendation, other, withdrawn })
+    let mut ladder = Ladder { steps, top, recommendation, other, withdrawn };
+    let recommended = ladder.steps.iter().position(|step| step.model.effects == ladder.recommendation.choice().model.effects);
+    for (_, step) in ladder.steps.iter_mut().enumerate().filter(|(k, _)| *k == 0 || recommended == Some(*k)) {
+        fit_orientations(datasets, step);
+    }
+    ladder.other.iter_mut().for_each(|step| fit_orientations(datasets, step));
+    Ok(ladder)
+}
+
+/// Fits orientations too where the step was judged without them: which model is right the positions say, but who is to use it needs
+/// an arm that also points where it should.
+fn fit_orientations(datasets: &[NamedDataset<'_>], step: &mut LadderStep) {
+    let is_one = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
+    let leaves_out =
+        |d: &NamedDataset<'_>| !takes_orientations(d.dataset, &step.calibration.model) && d.dataset.samples.iter().any(is_one);
+    if !datasets.iter().any(leaves_out) {
+        return;
+    }
+    let whole = Model { only_weighed_orientations: false, ..step.calibration.model.clone() };
+    if let Ok(calibration) = identify(datasets, &whole)
+        && calibration.unconverged().is_none()
+    {
+        step.calibration = calibration;
+    }
 }
 
 /// The step that has the same model as a choice, if there is one.

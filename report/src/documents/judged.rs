@@ -1,12 +1,13 @@
 //! `calibench-judgement/1`, printed and written by `calibrate`.
 
 use calibench::judgement::{ErrorRow, Judgement, Stage};
-use calibench::units::MM;
+use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Workspace, format_tag};
 use crate::diagnosis_sentences::cause_words;
+use crate::first_screen::orientation_sentence;
 
 format_tag!(JudgedFormat, "calibench-judgement/1");
 
@@ -19,6 +20,9 @@ pub struct StateErrors {
     pub p95_mm: Option<f64>,
     /// Largest, mm; null without errors.
     pub max_mm: Option<f64>,
+    /// Mean of the angles by which measured orientations are off, deg; not there without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation_mean_deg: Option<f64>,
     /// Number of poses that meet the tolerance; not there without errors, or without a tolerance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub met: Option<usize>,
@@ -48,6 +52,7 @@ impl StateErrors {
             mean_mm: of(|v| v.mean),
             p95_mm: of(|v| v.quantiles[4]),
             max_mm: of(|v| v.max),
+            orientation_mean_deg: row.errors.as_ref().ok().and_then(|v| v.orientation).map(|o| o.mean / DEG),
             met: row.errors.as_ref().ok().zip(tolerance).map(|(v, tolerance)| v.within(tolerance)),
             absent: row.errors.as_ref().err().map(ToString::to_string),
         }
@@ -66,6 +71,9 @@ pub struct BeforeAndAfter {
     /// The largest error of all states, mm, up to which the classes of their histograms go; not there without errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub classes_to_mm: Option<f64>,
+    /// The errors of measured orientations in words; not there without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<String>,
     /// What the controller reaches: against commanded positions, or the nominal arm on its base and with its tool as stated.
     pub as_delivered: StateErrors,
     /// Nominal arm, base and free tool fitted.
@@ -90,6 +98,7 @@ impl BeforeAndAfter {
             fitted: errors.fitted,
             judged,
             classes_to_mm: (largest > 0.0).then_some(largest / MM),
+            orientation: orientation_sentence(errors),
             as_delivered,
             nominal,
             calibrated,

@@ -93,6 +93,8 @@ interface States {
   judged: number;
   /** The largest error of all states, up to which the classes of their histograms go. */
   classes_to_mm?: number | null;
+  /** The errors of measured orientations in words. */
+  orientation?: string | null;
   as_delivered: StateErrors;
   nominal: StateErrors;
   calibrated: StateErrors;

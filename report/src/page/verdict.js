@@ -123,6 +123,7 @@ function states({ states: of, names, judgement }) {
   return [
     scrolling("Errors before and after", table),
     typeof of.classes_to_mm === "number" && element("p", { class: "quiet" }, drawn),
+    typeof of.orientation === "string" && element("p", {}, of.orientation),
   ];
 }
 

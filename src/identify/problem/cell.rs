@@ -45,7 +45,7 @@ pub(super) struct Cell {
 }
 
 /// True if the orientations of a dataset count under a model; without them, positions that the tool saw are known badly.
-pub(super) fn takes_orientations(dataset: &Dataset, model: &Model) -> bool {
+pub(crate) fn takes_orientations(dataset: &Dataset, model: &Model) -> bool {
     !model.only_weighed_orientations || dataset.noise.seen_from_tool || dataset.weighs_orientations()
 }
 
