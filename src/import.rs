@@ -9,6 +9,7 @@ mod flange_pose;
 mod generic;
 mod guess;
 mod initial_setup;
+mod joint_names;
 mod mukca;
 mod published;
 mod report;
@@ -31,6 +32,7 @@ use crate::measure::poses::Postures;
 pub use error::ImportError;
 pub use guess::{Guess, guess};
 pub use initial_setup::{state_noise, without_noise};
+pub use joint_names::{bare_joint_name, joint_order};
 pub use report::{ImportReport, Skipped};
 
 /// Names of the formats.

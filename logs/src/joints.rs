@@ -1,5 +1,6 @@
 //! Which track holds the joints of the robot, and in which order its names stand for them.
 
+use calibench::import::{bare_joint_name, joint_order};
 use calibench::robot::Robot;
 
 use crate::error::LogError;
@@ -10,9 +11,6 @@ const WANTED: [&str; 6] = ["command", "desired", "target", "goal", "reference", 
 
 /// How a topic that is not read says in which encoding it is.
 pub(crate) const WRITTEN: &str = ", written as ";
-
-/// Names of the joints of Universal Robots' arms from the base on; their driver states them in another order.
-const UNIVERSAL_ROBOTS: [&str; 6] = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
 
 /// What the user says of the joints of a log.
 #[derive(Debug, Clone, Default)]
@@ -147,54 +145,14 @@ fn merged(tracks: &[&JointTrack], robot: &Robot, names: &[String]) -> Option<Joi
 
 /// The places of the robot's joints among names; `None` if these do not tell.
 pub(crate) fn order(found: &[String], robot: &Robot, names: &[String]) -> Option<Vec<usize>> {
-    if !names.is_empty() {
-        return by_names(found, names);
-    }
-    let universal: Vec<String> = UNIVERSAL_ROBOTS.iter().map(|&name| name.to_owned()).collect();
-    if robot.joints() == universal.len()
-        && let Some(order) = by_names(found, &universal)
-    {
-        return Some(order);
-    }
-    by_numbers(found, robot.joints())
-}
-
-/// A name without what drivers and tables put around it.
-fn bare(name: &str) -> String {
-    let mut bare: String = name.to_lowercase().replace(['/', '.', ' ', '-', '[', ']', '(', ')'], "_");
-    while let Some(rest) =
-        ["_deg", "_rad", "_m", "_mm", "_pos", "_position", "_joint", "_"].iter().find_map(|end| bare.strip_suffix(end))
-    {
-        bare = rest.to_owned();
-    }
-    bare
-}
-
-/// The places of these names: equal ones, or else the only ones that end so, as where a prefix tells two arms apart.
-fn by_names(found: &[String], names: &[String]) -> Option<Vec<usize>> {
-    let bare_found: Vec<String> = found.iter().map(|name| bare(name)).collect();
-    let place = |name: &String| {
-        let name = bare(name);
-        let ends = |longer: &str, end: &str| longer.strip_suffix(end).is_some_and(|rest| rest.ends_with('_'));
-        let equal: Vec<usize> = (0..found.len()).filter(|&k| bare_found[k] == name).collect();
-        let like: Vec<usize> =
-            (0..found.len()).filter(|&k| ends(&bare_found[k], &name) || ends(&name, &bare_found[k])).collect();
-        match (equal.as_slice(), like.as_slice()) {
-            ([place], _) | ([], [place]) => Some(*place),
-            _ => None,
-        }
-    };
-    let order: Vec<usize> = names.iter().map(place).collect::<Option<_>>()?;
-    let mut different = order.clone();
-    different.sort_unstable();
-    different.dedup();
-    (different.len() == order.len()).then_some(order)
+    let by_names = joint_order(found, robot, names);
+    if names.is_empty() { by_names.or_else(|| by_numbers(found, robot.joints())) } else { by_names }
 }
 
 /// The places of names that differ in their last number alone, in the order of these numbers, which begin at 0 or 1.
 fn by_numbers(found: &[String], joints: usize) -> Option<Vec<usize>> {
     let split = |name: &String| {
-        let name = bare(name);
+        let name = bare_joint_name(name);
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
         name[stem.len()..].parse::<usize>().ok().map(|number| (stem.to_owned(), number))
     };

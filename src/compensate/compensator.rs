@@ -284,6 +284,10 @@ impl<'a> Compensator<'a> {
     /// Assumptions made if these targets do not state the conditions, one sentence each.
     pub fn assumptions(&self, targets: &[Target]) -> Vec<String> {
         let mut sentences = Vec::new();
+        let joints = self.calibration.robot.joints();
+        if joints < 6 {
+            sentences.push(format!("with {joints} joints the arm meets positions, and orientations as nearly as it can"));
+        }
         let carried = |p: &Payload| format!("'{}' ({:.2} kg)", p.name, p.mass);
         if targets.iter().any(|t| t.payload.is_none()) {
             sentences.push(format!("the flange carries {}", carried(&self.payload)));

@@ -13,6 +13,7 @@ use toml_edit::{DocumentMut, Item, value};
 use self::proposal::{Proposal, Tried, shown};
 use super::column_map::ColumnMap;
 use super::generic::by_map;
+use super::joint_names::names_of;
 use super::unknown_table::Table;
 use super::{ImportError, ImportOptions, ImportReport, finished};
 use crate::files::FileError;
@@ -106,7 +107,7 @@ impl Guess {
 pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, ImportError> {
     let table = Table::read(path)?;
     let mut reasons = vec![table.words()];
-    let (joints, why) = table.joints(robot).ok_or_else(|| no_columns(path, &table, robot))?;
+    let (joints, why) = table.joints(robot, &names_of(reference)).ok_or_else(|| no_columns(path, &table, robot))?;
     reasons.push(why);
     let turned = orientation::columns(&table, &joints);
     let mut triples = table.triples(&joints);

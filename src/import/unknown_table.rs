@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::joint_names::joint_order;
 use super::source::{Layout, finite_number as number, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_foreign_text};
 use crate::robot::{JointKind, Robot};
@@ -149,9 +150,19 @@ impl Table {
         )
     }
 
-    /// Columns of the joints, and the reason.
-    pub fn joints(&self, robot: &Robot) -> Option<(Vec<usize>, String)> {
+    /// Columns of the joints, and the reason; `names` are those of the robot from its base on, if it has any.
+    pub fn joints(&self, robot: &Robot, names: &[String]) -> Option<(Vec<usize>, String)> {
         let n = robot.joints();
+        let filled: Vec<usize> = (0..self.columns.len()).filter(|&k| self.columns[k].largest.is_some()).collect();
+        let titles: Vec<String> = filled.iter().map(|&k| self.columns[k].title.clone()).collect();
+        if let Some(order) = joint_order(&titles, robot, names).filter(|order| self.header && order.len() == n) {
+            let columns: Vec<usize> = order.into_iter().map(|k| filled[k]).collect();
+            let [first, last] = [columns[0], columns[n - 1]].map(|k| self.columns[k].title.clone());
+            return Some((
+                columns,
+                format!("joints: the {n} columns `{first}` to `{last}`, by the names of the robot's joints"),
+            ));
+        }
         let mut groups: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
         for (k, column) in self.columns.iter().enumerate().filter(|(_, c)| c.largest.is_some()) {
             let Some((name, digit)) = numbered(&column.stem) else { continue };

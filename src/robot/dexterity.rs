@@ -7,7 +7,7 @@ use super::kinematics::Posture;
 use super::rel_tool::screw;
 
 /// The smallest singular value of the 6 x N Jacobian, with angles of the tool multiplied by a lever of 0.3 m: the motion of
-/// the tool (m) per radian of the joints in its least mobile direction. It falls to zero at wrist, elbow and shoulder
+/// the tool (m) per radian of the joints in its least mobile direction of those that it has (six, or as many as joints). It falls to zero at wrist, elbow and shoulder
 /// singularities alike, on any arm.
 ///
 /// ```
@@ -31,7 +31,10 @@ pub fn dexterity(posture: &Posture, joints: usize) -> f64 {
         column.fixed_rows_mut::<3>(3).scale_mut(LEVER);
         gram.ger(1.0, &column, &column, 1.0);
     }
-    SymmetricEigen::new(gram).eigenvalues.min().max(0.0).sqrt()
+    // An arm of fewer than six joints has as many directions, and is not singular for those that it never has.
+    let mut squares: Vec<f64> = SymmetricEigen::new(gram).eigenvalues.iter().copied().collect();
+    squares.sort_unstable_by(|a, b| b.total_cmp(a));
+    squares[joints.clamp(1, squares.len()) - 1].max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -40,6 +43,22 @@ mod tests {
     use crate::robot::kinematics::Posture;
     use crate::robot::sites::SiteIndex;
     use crate::robot::{FramePose, built_in};
+
+    #[test]
+    fn an_arm_of_five_joints_is_not_singular_everywhere() {
+        let whole = built_in("kr6_r700").unwrap();
+        let robot = crate::robot::Robot { links: whole.links[..5].to_vec(), ..whole.clone() };
+        let mut posture = Posture::new(&robot);
+        let mut at = |q: [f64; 5]| {
+            let none = FramePose::default();
+            posture.set(&robot, &none, &none, &q, &vec![0.0; SiteIndex::new(5).len()]);
+            dexterity(&posture, 5)
+        };
+        assert!(at([0.3, -1.2, 1.4, 0.4, 0.9]) > 0.01);
+        // Its arm stretched out.
+        let stretched = (0..200).map(|k| at([0.3, -0.8, 0.01 * f64::from(k) - 1.0, 0.0, 0.0])).fold(1.0, f64::min);
+        assert!(stretched < 0.01, "{stretched}");
+    }
 
     fn at(q: [f64; 6]) -> f64 {
         let robot = built_in("kr6_r700").unwrap();

@@ -116,6 +116,8 @@ pub struct InverseKinematics {
     pub tolerance: [f64; 2],
     /// Step limit.
     pub most_steps: usize,
+    /// Lever, m, that converts radians to metres in the error.
+    lever: f64,
     jacobian: Matrix6xX<f64>,
     tried: Matrix6xX<f64>,
     q: Vec<f64>,
@@ -126,6 +128,11 @@ pub struct InverseKinematics {
 /// Lever, m, that converts radians to metres in the error: about the size of a hand and its tool, so that neither is
 /// neglected.
 pub(super) const LEVER: f64 = 0.3;
+/// The same for an arm of fewer than six joints, which cannot meet every pose: it meets the position, and the orientation as nearly as
+/// it can.
+const POSITION_FIRST: f64 = 1e-4;
+/// Distance, m, at which the position of such a pose is met.
+const NEARLY: f64 = 1e-8;
 /// Initial damping (m²), its lower limit, and the value at which the search is abandoned; the arm's J J^T is of order 0.1
 /// m².
 const DAMPING: [f64; 3] = [1e-4, 1e-14, 1e4];
@@ -135,11 +142,13 @@ const LARGEST_STEP: f64 = 0.5;
 const FLAT: f64 = 1e-7;
 
 impl InverseKinematics {
-    /// Creates a solver for arms with `joints` joints; poses are met to 1e-11 m and rad in at most 200 steps.
+    /// Creates a solver for arms with `joints` joints; poses are met to 1e-11 m and rad in at most 200 steps. Arms of fewer than six
+    /// joints meet positions to 1e-8 m, and orientations as nearly as they can.
     pub fn new(joints: usize) -> Self {
         InverseKinematics {
             tolerance: [1e-11; 2],
             most_steps: 200,
+            lever: if joints < 6 { POSITION_FIRST } else { LEVER },
             jacobian: Matrix6xX::zeros(joints),
             tried: Matrix6xX::zeros(joints),
             q: vec![0.0; joints],
@@ -161,8 +170,9 @@ impl InverseKinematics {
             *q = start.clamp(low, high);
         }
         let mut damping = DAMPING[0];
-        let mut error = pose_error(&kinematics.evaluate(&self.q, &mut self.jacobian), world_from_tool);
-        level(&mut self.jacobian);
+        let lever = self.lever;
+        let mut error = pose_error(&kinematics.evaluate(&self.q, &mut self.jacobian), world_from_tool, lever);
+        level(&mut self.jacobian, lever);
         let mut outcome = Outcome::NotConverged;
         let mut steps = 0;
         while steps < self.most_steps {
@@ -172,8 +182,8 @@ impl InverseKinematics {
             }
             steps += 1;
             let slope = self.step(&error, damping, &limits);
-            let mut tried = pose_error(&kinematics.evaluate(&self.next, &mut self.tried), world_from_tool);
-            level(&mut self.tried);
+            let mut tried = pose_error(&kinematics.evaluate(&self.next, &mut self.tried), world_from_tool, lever);
+            level(&mut self.tried, lever);
             if tried.norm_squared() < error.norm_squared() {
                 std::mem::swap(&mut self.q, &mut self.next);
                 std::mem::swap(&mut self.jacobian, &mut self.tried);
@@ -187,7 +197,8 @@ impl InverseKinematics {
                 break;
             }
         }
-        if self.met(&error) {
+        let is_near = self.q.len() < 6 && error.fixed_rows::<3>(0).norm() < NEARLY;
+        if self.met(&error) || is_near {
             outcome = Outcome::Converged;
         }
         Solution {
@@ -195,13 +206,13 @@ impl InverseKinematics {
             outcome,
             steps,
             position_error: error.fixed_rows::<3>(0).norm(),
-            rotation_error: error.fixed_rows::<3>(3).norm() / LEVER,
+            rotation_error: error.fixed_rows::<3>(3).norm() / lever,
         }
     }
 
     fn met(&self, error: &Vector6<f64>) -> bool {
         let [position, rotation] = self.tolerance;
-        error.fixed_rows::<3>(0).norm() < position && error.fixed_rows::<3>(3).norm() < rotation * LEVER
+        error.fixed_rows::<3>(0).norm() < position && error.fixed_rows::<3>(3).norm() < rotation * self.lever
     }
 
     /// Sets `next` to the result of one damped step, holding the joints that press against a limit; returns the slope of
@@ -241,16 +252,16 @@ impl InverseKinematics {
 }
 
 /// Remaining translation and rotation, world axes; the rotation in metres at the lever.
-fn pose_error(is: &Pose, target: &Pose) -> Vector6<f64> {
+fn pose_error(is: &Pose, target: &Pose, lever: f64) -> Vector6<f64> {
     let slide = target.translation.vector - is.translation.vector;
     // Via the quaternion: the angle from a matrix's trace has no resolution below 1e-8 rad.
-    let turn = rotation_vector(&(target.rotation * is.rotation.inverse())) * LEVER;
+    let turn = rotation_vector(&(target.rotation * is.rotation.inverse())) * lever;
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 
 /// Multiplies the rotation rows of a Jacobian by the lever of the error.
-fn level(jacobian: &mut Matrix6xX<f64>) {
-    jacobian.rows_mut(3, 3).scale_mut(LEVER);
+fn level(jacobian: &mut Matrix6xX<f64>, lever: f64) {
+    jacobian.rows_mut(3, 3).scale_mut(lever);
 }
 
 #[cfg(test)]
@@ -299,6 +310,26 @@ mod tests {
             // Some starts lie beyond a singularity, or lead to a limit.
             assert!(converged >= 90, "{name}: {converged} of 100");
         }
+    }
+
+    #[test]
+    fn an_arm_of_five_joints_meets_the_position() {
+        let whole = built_in("ur5").unwrap();
+        let robot = Robot { links: whole.links[..5].to_vec(), ..whole.clone() };
+        let mut deviations = vec![0.0; SiteIndex::new(5).len()];
+        deviations[SiteIndex::new(5).of(Site::mdh(2, MdhEntry::Beta))] = 0.01;
+        deviations[SiteIndex::new(5).of(Site::mdh(1, MdhEntry::A))] = 0.5 * MM;
+        let mut nominal = Chain::nominal(&robot, &FramePose::default(), &TOOL);
+        let mut arm = Chain::deviating(&robot, &FramePose::default(), &TOOL, deviations);
+        let mut jacobian = Matrix6xX::zeros(5);
+        let q = [0.4, -1.1, 1.3, 0.5, 0.8];
+        // No posture of the arm as it is has the orientation of the arm as drawn.
+        let target = nominal.evaluate(&q, &mut jacobian);
+        let found = InverseKinematics::new(5).solve(&mut arm, &target, &q, limits(&robot));
+        assert_eq!(found.outcome, Outcome::Converged, "{found:?}");
+        let reached = arm.evaluate(&found.q, &mut jacobian);
+        assert!((reached.translation.vector - target.translation.vector).norm() < 1e-8, "{found:?}");
+        assert!(found.rotation_error > 1e-4 && found.rotation_error < 0.02, "{found:?}");
     }
 
     #[test]

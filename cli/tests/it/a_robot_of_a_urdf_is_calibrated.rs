@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use calibench::robot::kinematics::world_from_tool;
 use calibench::robot::{FramePose, Pose, Robot, built_in};
 use nalgebra::{Rotation3, Translation3};
 use serde_json::Value;
@@ -167,4 +168,49 @@ fn from_measurements_to_a_calibrated_urdf() {
     let wrong = run("compensate c.toml --urdf w.urdf --urdf-of six.urdf --ur-kinematics w.yaml");
     assert!(said(&wrong).contains("it is not a UR"), "{}", said(&wrong));
     assert!(!folder.path().join("w.urdf").exists() && !folder.path().join("w.yaml").exists());
+}
+
+#[test]
+fn an_arm_of_five_axes_goes_all_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let whole = built_in("ur5").unwrap();
+    let drawn = Robot { links: whole.links[..5].to_vec(), ..whole };
+    fs::write(at.join("five.urdf"), urdf_of(&drawn, &UR)).unwrap();
+    let mut arm = drawn.clone();
+    arm.links[1].mdh.a += 0.6e-3;
+    arm.links[2].mdh.theta += 1e-3;
+    arm.links[3].mdh.alpha += 1e-3;
+    // The columns stand in another order than the joints, and have their names.
+    let order = [3, 0, 4, 2, 1];
+    let tool = FramePose { xyz: [0.03, -0.01, 0.08], ..FramePose::default() };
+    let mut text = order.map(|j| UR[j]).join(",") + ",x_mm,y_mm,z_mm\n";
+    let mut targets = String::from("id,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg\n");
+    for k in 0..90 {
+        let part = |j: usize| ((k * (j + 2) * (j + 3)) as f64 * 0.618_034 + 0.37 * j as f64).fract() - 0.5;
+        let q: Vec<f64> = (0..5).map(|j| [0.0, -1.2, 1.2, 0.0, 0.9][j] + 1.6 * part(j)).collect();
+        let noise = |c: usize| 0.02e-3 * (((k * 7 + c * 13) as f64 * 0.754_877).fract() - 0.5);
+        let seen = world_from_tool(&arm, &FramePose::default(), &tool, &q).translation.vector;
+        let fields = order.map(|j| format!("{:.6}", q[j].to_degrees()));
+        let place: Vec<String> = (0..3).map(|c| format!("{:.5}", (seen[c] + noise(c)) * 1e3)).collect();
+        _ = writeln!(text, "{},{}", fields.join(","), place.join(","));
+        if k < 6 {
+            let fields: Vec<String> = q.iter().map(|q| format!("{:.6}", q.to_degrees())).collect();
+            _ = writeln!(targets, "t{k},{}", fields.join(","));
+        }
+    }
+    fs::write(at.join("table.csv"), text).unwrap();
+    fs::write(at.join("targets.csv"), targets).unwrap();
+    let run = |arguments: &str| {
+        let output = calibench(at, &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let calibrated = run("calibrate table.csv --robot five.urdf --noise 10um --tolerance 0.2mm -o five");
+    assert!(calibrated.contains("by the names of the robot's joints"), "{calibrated}");
+    assert!(calibrated.contains("Expected inside the measured ranges: "), "{calibrated}");
+    let compensated = run("compensate five/calibration.toml targets.csv -o fake.csv");
+    assert!(compensated.contains("6 of 6 targets compensated") && compensated.contains("as nearly as it can"), "{compensated}");
+    let next = run("plan next five --model five/model.toml");
+    assert!(next.contains("tracker points over the workspace") && !next.contains("singularity"), "{next}");
 }
