@@ -57,8 +57,10 @@ pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> Printout {
             [c.effect.to_string(), d.registry.in_words(&c.effect), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)]
         })
         .collect();
-    out.push("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
-    out.push(plain_table(["effect", "in words", "share of the residual %", "size, plausible sizes"], rows));
+    if !rows.is_empty() {
+        out.push("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
+        out.push(plain_table(["effect", "in words", "share of what all explain %", "size, plausible sizes"], rows));
+    }
     if with_heat_map || d.verdict == Verdict::Unexplained {
         out.push("\n\nJOINT ERROR BY VARIABLE, of any shape: log evidence vs. background, the best marked with a star\n");
         out.push(heat_map_table(&d.heat_map));

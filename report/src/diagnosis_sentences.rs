@@ -19,6 +19,9 @@ use calibench::effects::registry::Registry;
 use calibench::identify::fit::Outcome;
 use calibench::units::MM;
 
+/// Beginning of what families of joints are called.
+const A_JOINT: &str = "a joint";
+
 /// Detectability below which an effect is called hidden, as the share of its energy that the fitted model does not absorb.
 const HIDDEN: f64 = 0.5;
 
@@ -63,11 +66,19 @@ fn by_row_order(d: &Diagnosis) -> Option<String> {
     ))
 }
 
+/// The same in one clause.
+pub(super) fn supposed_words(d: &Diagnosis) -> Option<String> {
+    let event = event_words(d, d.by_row_order.as_ref()?)?;
+    Some(format!("if the rows are in the order of measurement, {event}"))
+}
+
 /// What happened, and when, if it was once.
 fn event_words(d: &Diagnosis, event: &Finding) -> Option<String> {
     let family = d.registry.family(&event.hypothesis.in_model)?;
     let when = event.hypothesis.moment.as_ref().map(|moment| format!(", {}", moment_words(moment)));
-    Some(format!("{}{}", family.what, when.unwrap_or_default()))
+    let joint = event.hypothesis.in_model.number(0).filter(|_| family.what.starts_with(A_JOINT));
+    let what = joint.map_or_else(|| family.what.to_owned(), |j| family.what.replacen(A_JOINT, &format!("joint {j}"), 1));
+    Some(format!("{what}{}", when.unwrap_or_default()))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.
@@ -176,10 +187,9 @@ pub(super) fn lacking_words(d: &Diagnosis) -> String {
             let rivals = named(d).map(|f| &f.hypothesis.in_model);
             format!("one of these, which the data cannot distinguish: {}", all_called(&d.registry, rivals))
         }
-        Verdict::Unexplained => match d.by_row_order.as_ref().and_then(|event| event_words(d, event)) {
-            Some(event) => format!("if the rows are in the order of measurement, {event}"),
-            None => shape_words(d).unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
-        },
+        Verdict::Unexplained => supposed_words(d)
+            .or_else(|| shape_words(d))
+            .unwrap_or_else(|| "none of the effects that are known by name".to_owned()),
         other => other.in_words(),
     };
     without_suspects(d, lacking)
@@ -225,9 +235,10 @@ fn verdict(d: &Diagnosis) -> String {
             "{word}: indistinguishable. One of these is missing, and these data cannot tell which: {}.",
             all_called(&d.registry, named(d).map(|f| &f.hypothesis.in_model))
         ),
-        Verdict::Unexplained => {
-            format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains.")
-        }
+        Verdict::Unexplained => match supposed_words(d) {
+            Some(event) => format!("{word}: unexplained without the times of the rows; {event}."),
+            None => format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains."),
+        },
         other => format!("{word}: {}.", other.in_words()),
     }
 }
@@ -236,7 +247,11 @@ fn verdict(d: &Diagnosis) -> String {
 fn verdict_explained(d: &Diagnosis) -> Vec<String> {
     match d.verdict_of_the_rest() {
         Verdict::NothingLeft | Verdict::DataDoNotFit | Verdict::SuspectSamples | Verdict::NoiseLargerThanStated => Vec::new(),
-        Verdict::Unexplained => unexplained(d),
+        Verdict::Unexplained => match &d.by_row_order {
+            // What was seen of it is said before the verdict.
+            Some(event) => saw_means_do(event, &d.registry).split_off(1),
+            None => unexplained(d),
+        },
         _ => named(d).flat_map(|f| saw_means_do(f, &d.registry)).collect(),
     }
 }

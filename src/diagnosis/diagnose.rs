@@ -62,12 +62,19 @@ pub fn diagnose(datasets: &[NamedDataset<'_>], model: &Model) -> Result<Diagnosi
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let mut diagnosis = without_suspects(datasets, examination)?;
+    if let Some(crowded) = by_crowd(datasets, examination, &diagnosis.scatter.suspects)? {
+        return Ok(crowded);
+    }
     // What is only supposed makes no diagnosis fail.
     let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
     // A base that moved on the way bends the zeros of joints: it comes first.
     let happened = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && is_event(&diagnosis, f));
     if supposed.is_some() || happened.is_some() {
         diagnosis.abnormal.clear();
+    }
+    if supposed.is_some() {
+        // Fitted without what happened, they take its place.
+        diagnosis.contributions.clear();
     }
     let is_other = diagnosis.verdict.names_effects() || diagnosis.verdict.is_noise();
     Ok(match supposed {
@@ -124,21 +131,84 @@ fn by_row_order(
     examination: &Examination,
     diagnosis: &Diagnosis,
 ) -> Result<Option<Finding>, IdentifyError> {
-    let has_time = datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()));
+    let has_time = has_time(datasets);
     let named = diagnosis.explains.filter(|_| diagnosis.verdict.names_effects()).unwrap_or(0.0);
     let is_open = diagnosis.verdict == Verdict::Unexplained || diagnosis.scatter.serial.is_significant();
     if has_time || !is_open {
         return Ok(None);
     }
-    let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
-    for samples in timed.iter_mut().map(|d| &mut d.samples) {
-        samples.iter_mut().enumerate().for_each(|(k, s)| s.time_s = Some(ROW_S * k as f64));
-    }
+    let timed = with_times(datasets);
     let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
     let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
     let names = supposed.verdict.names_effects();
     let first = supposed.findings.first().filter(|f| is_event(&supposed, f));
     Ok(first.filter(|f| names && 1.0 - f.hypothesis.explains < LEAVES * (1.0 - named)).cloned())
+}
+
+fn has_time(datasets: &[NamedDataset<'_>]) -> bool {
+    datasets.iter().any(|d| d.dataset.samples.iter().any(|s| s.time_s.is_some()))
+}
+
+/// The same data, one row after the other.
+fn with_times(datasets: &[NamedDataset<'_>]) -> Vec<Dataset> {
+    let mut timed: Vec<Dataset> = datasets.iter().map(|d| d.dataset.clone()).collect();
+    for samples in timed.iter_mut().map(|d| &mut d.samples) {
+        samples.iter_mut().enumerate().for_each(|(k, s)| s.time_s = Some(ROW_S * k as f64));
+    }
+    timed
+}
+
+/// Fewest suspects that make a crowd.
+const CROWD: usize = 3;
+
+/// Probability that so many rows stand so near to each other, or to the first or last row, by chance, below which they are a crowd.
+const CROWDED: f64 = 3e-3;
+
+/// True if suspects crowd together in the order of `rows` rows, or at its begin or end: by the range of as many uniform variates, and
+/// by the farthest of them from that end.
+fn is_crowd(suspects: &[Suspect], rows: usize) -> bool {
+    let (Some(first), Some(last)) = (suspects.iter().map(|s| s.place).min(), suspects.iter().map(|s| s.place).max()) else {
+        return false;
+    };
+    let k = suspects.len() as f64;
+    let share = |count: usize| count as f64 / rows.max(1) as f64;
+    let range = share(last - first + 1);
+    let together = k * range.powf(k - 1.0) - (k - 1.0) * range.powf(k);
+    let chance = together.min(2.0 * share((last + 1).min(rows - first)).powf(k));
+    suspects.len() >= CROWD && suspects.iter().all(|s| s.dataset == suspects[0].dataset) && chance < CROWDED
+}
+
+/// What happened in the order of the rows, where the rows that disagree with all others crowd together in it and no row has a time: not
+/// these rows are wrong then, but something warmed up, or moved, while they were measured. It must explain the data better than
+/// setting them aside does.
+fn by_crowd(
+    datasets: &[NamedDataset<'_>],
+    examination: &Examination,
+    suspects: &[Suspect],
+) -> Result<Option<Diagnosis>, IdentifyError> {
+    if has_time(datasets) || !is_crowd(suspects, examination.problem.sample_count()) {
+        return Ok(None);
+    }
+    let timed = with_times(datasets);
+    let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
+    let with_times = Examination::new(&timed, &examination.model)?;
+    let supposed = judged(&timed, &with_times)?;
+    let happens = |f: &&Finding| {
+        let family = supposed.registry.family(&f.hypothesis.in_model);
+        f.hypothesis.moment.is_some() || family.is_some_and(|family| family.follows.contains(&Follows::Time))
+    };
+    let Some(event) = supposed.findings.first().filter(happens).cloned() else { return Ok(None) };
+    let aside = all_aside(suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
+    let without = Examination::new(datasets, &aside)?;
+    if !explains_as_much(&with_times, &supposed, &without, suspects) {
+        return Ok(None);
+    }
+    let mut whole = judged(datasets, examination)?;
+    whole.contributions.clear();
+    whole.abnormal.clear();
+    let scatter = Scatter { larger_than_stated: None, ..whole.scatter };
+    let (verdict, by_row_order) = (Verdict::Unexplained, Some(event));
+    Ok(Some(Diagnosis { verdict, by_row_order, scatter, set95: Vec::new(), explains: None, ..whole }))
 }
 
 /// As [`diagnose_examined`], without regard to the order of the rows.

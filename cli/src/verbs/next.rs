@@ -12,7 +12,7 @@ use calibench::planning::propose;
 use calibench::prediction::WorkspacePoses;
 use calibench::selection::hold_out::HoldOut;
 use calibench::units::MM;
-use calibench_report::{documents, next_sentences, next_table, planned_sentence};
+use calibench_report::{documents, lacking_sentence, next_sentences, next_table, planned_sentence};
 
 use crate::arguments::choices::seed;
 use crate::arguments::data::{dataset, locate_in_data, model_of, named, read_datasets};
@@ -102,6 +102,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
+    if let Some(event) = lacking_sentence(&diagnosis).filter(|_| diagnosis.by_row_order.is_some()) {
+        print_answer(event)?;
+        print_answer(
+            "Give the rows their times first (`calibrate --every 30s`): no further pose helps against what happened.",
+        )?;
+    }
     print(next_table(&proposal))?;
     planned.iter().try_for_each(|p| print(planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {

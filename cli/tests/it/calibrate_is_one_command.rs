@@ -172,6 +172,22 @@ fn what_was_bumped_is_corrected_where_the_rows_have_an_order() {
     let said = String::from_utf8_lossy(&calibench(at, &calibrate).stdout).into_owned();
     assert!(said.contains("if the rows are in the order of measurement, base or artifact was bumped once"), "{said}");
     assert!(said.contains("Next: if the rows stand in the order of measurement, calibrate again with `--every 30s`"), "{said}");
+    // Every other screen of these rows says the same first, and nothing else beside it.
+    let event = "base or artifact was bumped once";
+    let report = fs::read_to_string(at.join("ur5/report.html")).unwrap();
+    assert!(
+        report.contains(&format!("\"headline\":\"If the rows are in the order of measurement, {event}")),
+        "the report's headline"
+    );
+    for (verb, needed) in [("diagnose", "Verdict: unexplained without the times of the rows; if"), ("report", event)] {
+        let said = done(at, &[verb, "ur5", "-o", "x.html"][..if verb == "report" { 4 } else { 2 }]);
+        assert!(
+            said.contains(needed) && !said.contains("many small effects") && !said.contains("CONTRIBUTES"),
+            "{verb}: {said}"
+        );
+    }
+    let said = done(at, &["plan", "next", "ur5", "--model", "ur5/model.toml"]);
+    assert!(said.contains(event) && said.contains("Give the rows their times first"), "{said}");
     let judged =
         |of: &str| number(&serde_json::from_str(&fs::read_to_string(at.join("ur5/judgement.json")).unwrap()).unwrap(), of);
     let before = judged("/errors/calibrated/mean_mm");
@@ -194,6 +210,66 @@ fn what_was_bumped_is_corrected_where_the_rows_have_an_order() {
     let told = String::from_utf8_lossy(&twice.stderr).into_owned();
     assert!(twice.status.code() == Some(2) && told.contains("have them (time_s)"), "{told}");
     assert!(dataset.contains("point_um = 20.0") && samples.lines().next().unwrap().contains("time_s"), "{dataset}");
+}
+
+#[test]
+fn orientations_are_fitted_and_judged_beside_positions() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Nobody states a noise: how orientations weigh beside positions is a guess, and they count all the same.
+    let table = data("ur10-ipa").join("Series_D/measurements_iso_cubes.csv");
+    let said = done(at, &["calibrate", table.to_str().unwrap(), "--robot", "ur10", "-o", "one"]);
+    let states = serde_json::from_str::<Value>(&fs::read_to_string(at.join("one/judgement.json")).unwrap()).unwrap();
+    let of = |state: &str| number(&states, &format!("/errors/{state}/orientation_mean_deg"));
+    assert!(of("recommended") < 0.04 && of("recommended") < 0.8 * of("nominal"), "{:#}", states["errors"]);
+    assert!(said.contains(&format!("recommended {:.3} deg.", of("recommended"))), "{said}");
+    // Its file is that of `identify` with its model.
+    done(at, &["identify", "one", "--model", "one/model.toml", "-o", "two.toml"]);
+    let [one, two] = ["one/calibration.toml", "two.toml"].map(|file| json(at, &["validate", file, "one", "--json"]));
+    let near = |of: &str| (number(&one, of) - number(&two, of)).abs() < 1e-3 * number(&two, of);
+    assert!(near("/mean_mm") && near("/orientation/mean_deg"), "{one:#} {two:#}");
+    assert_eq!(number(&one, "/mean_mm"), number(&states, "/errors/recommended/mean_mm"));
+}
+
+#[test]
+fn columns_with_the_names_of_the_joints_stand_in_any_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    table(at, 60);
+    // As the driver of Universal Robots publishes them, elbow first.
+    const PUBLISHED: [(&str, usize); 6] = [
+        ("elbow_joint", 2),
+        ("shoulder_lift_joint", 1),
+        ("shoulder_pan_joint", 0),
+        ("wrist_1_joint", 3),
+        ("wrist_2_joint", 4),
+        ("wrist_3_joint", 5),
+    ];
+    done(at, &["calibrate", "table.csv", "--robot", "ur5", "-o", "numbered"]);
+    let samples = fs::read_to_string(at.join("numbered/samples.csv")).unwrap();
+    let titles: Vec<&str> = samples.lines().next().unwrap().split(',').collect();
+    let place = |title: &str| titles.iter().position(|t| *t == title).unwrap();
+    let named = samples.lines().enumerate().map(|(k, line)| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let joints = PUBLISHED.map(|(name, j)| if k == 0 { name } else { fields[place(&format!("q{}_deg", j + 1))] });
+        let position = ["x_mm", "y_mm", "z_mm"].map(|title| fields[place(title)]);
+        format!("{},{}\n", joints.join(","), position.join(","))
+    });
+    fs::write(at.join("named.csv"), named.collect::<String>()).unwrap();
+    done(at, &["calibrate", "named.csv", "--robot", "ur5", "-o", "named"]);
+    let again = fs::read_to_string(at.join("named/samples.csv")).unwrap();
+    let rows = |text: &str| -> Vec<Vec<String>> {
+        let titles: Vec<String> = text.lines().next().unwrap().split(',').map(str::to_owned).collect();
+        let joints = (1..=6).map(|j| titles.iter().position(|t| *t == format!("q{j}_deg")).unwrap()).collect::<Vec<_>>();
+        text.lines()
+            .skip(1)
+            .map(|l| {
+                let f: Vec<&str> = l.split(',').collect();
+                joints.iter().map(|&k| f[k].to_owned()).collect()
+            })
+            .collect()
+    };
+    assert_eq!(rows(&samples), rows(&again));
 }
 
 /// Adds millimetres to z of every so many-th row of the table, and returns the number of these rows.

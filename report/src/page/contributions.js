@@ -24,7 +24,7 @@ export function contributionChart(report, most) {
     return {
       grid: grid(room + 13, 46, 6, 44),
       tooltip: tooltip(theme, say),
-      xAxis: axis(theme, "share of the residual, %", 27, { min: 0 }),
+      xAxis: axis(theme, "share of what all explain, %", 27, { min: 0 }),
       yAxis: categories(names, label, { inverse: true, axisLine: { lineStyle: { color: theme.noise } } }),
       series: [
         {

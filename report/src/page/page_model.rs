@@ -8,7 +8,7 @@ use super::candidate::{self, Offered};
 use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
-use crate::diagnosis_sentences::lacking_words;
+use crate::diagnosis_sentences::{lacking_words, supposed_words};
 use crate::disagreement_sentence;
 use crate::documents;
 use crate::effect_names::capital;
@@ -212,15 +212,20 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>, judgement: Option<&d
             let all: Vec<String> = effects.iter().map(|effect| d.registry.in_words(effect)).collect();
             (format!("Missing in the model: {}", all.join("; or ")), "These data cannot tell which.".to_owned())
         }
-        Verdict::Unexplained => match curve {
-            Some((joint, variable, share)) => (
+        Verdict::Unexplained => match (supposed_words(d), curve) {
+            (Some(event), _) => (
+                capital(&event),
+                "Everything below is computed without the times of the rows: give them, and what happened is allowed for."
+                    .to_owned(),
+            ),
+            (None, Some((joint, variable, share))) => (
                 format!("Unexplained: the error of joint {joint} follows the {}", variable_in_words(&variable)),
                 format!(
                     "No single effect of the catalogue explains the residual; a smooth curve of that joint explains {:.0} % of it.",
                     100.0 * share
                 ),
             ),
-            None => (
+            (None, None) => (
                 "Unexplained: many small effects, none of them unusual".to_owned(),
                 "The residual is the usual model discrepancy of a robot beyond the fitted model.".to_owned(),
             ),

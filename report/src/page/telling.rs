@@ -19,10 +19,12 @@ const WORTH_A_VIEW: f64 = 0.25;
 /// * `curve`: the joint whose error follows a variable, and the curve;
 /// * `view`, `balls`: the view of the residuals whose means show most of the candidate's effect;
 /// * `agreement`: residual against the candidate's effect, if the means show little of it;
-/// * `samples`: a sample that disagrees with all others, or the length of every residual if there is nothing to show;
+/// * `samples`: a sample that disagrees with all others, or the length of every residual if there is nothing to show, or something
+///   happened between two rows;
 /// * `contributions`: if the verdict is "unexplained" and no curve is offered.
 pub(super) fn telling(d: &Diagnosis, points: &Residuals, first: Option<&Candidate>, comparison: &Comparison) -> Value {
-    let nothing = d.verdict.is_noise();
+    // What happened once shows in the length of every residual, in the order of the rows.
+    let nothing = d.verdict.is_noise() || d.by_row_order.is_some();
     let Some(first) = first.filter(|_| !nothing) else { return json!({"kind": "samples", "candidate": null}) };
     if d.verdict == Verdict::Unexplained && !first.effect.starts_with("curve:") {
         return json!({"kind": "contributions", "candidate": null});

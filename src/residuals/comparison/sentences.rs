@@ -262,8 +262,8 @@ impl Comparison {
         if self.findings.is_empty() {
             return Some(match (missing, known) {
                 (true, true) => {
-                    "No ball, tool, base, joint or sample is significant: what is unexplained comes from several causes, follows \
-                                 something that is not shown here, or is noise beyond the stated; a diagnosis tells which."
+                    "No ball, tool, base, joint or sample explains it alone: what is unexplained comes from several causes, follows \
+                                 something that is not shown here, or is noise beyond the stated."
                         .into()
                 }
                 (true, false) => "No ball, tool, base, joint or sample differs significantly from the rest.".into(),
