@@ -35,7 +35,8 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: NamedDataset<'_>, c
     let mut chosen: Vec<usize> = Vec::new();
     // Of a pose that was repeated, one measurement is enough.
     let repeats = |k: usize| counterparts(&campaign.dataset.samples[k], campaign.dataset, campaign.dataset);
-    let mut taken = vec![false; seen.len()];
+    // What disagreed with all others is no reference.
+    let mut taken: Vec<bool> = (0..seen.len()).map(|k| calibration.model.excludes(&campaign.dataset.samples[k].id)).collect();
     while chosen.len() < count.min(seen.len()) {
         let with = |k: usize| chosen.iter().copied().chain([k]).collect::<Vec<_>>();
         let left: Vec<usize> = (0..seen.len()).filter(|&k| !taken[k]).collect();
