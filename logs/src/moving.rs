@@ -224,12 +224,7 @@ impl<'a> Moving<'a> {
         };
         let rows: Vec<TableRow<'_>> = motions.iter().enumerate().map(row).collect();
         let mut said = self.said.clone();
-        said.extend(self.delays.in_words(
-            &self.tracks[0].name,
-            &self.joints.joints,
-            self.has_one_clock.then_some(self.shift),
-            self.shift,
-        ));
+        said.extend(self.delays.in_words(&self.tracks[0].name, &self.joints.joints, self.has_one_clock, self.shift));
         MeasuredPoses {
             fields: fields(&arm, &tracks, &rows, self.noise),
             measured: self.tracks.iter().map(|track| track.name.clone()).collect(),

@@ -69,16 +69,20 @@ impl Delays {
         joints.fold((self.smoothing - other.smoothing).abs() / 100.0, f64::max)
     }
 
-    /// What is said of them; `one_clock` is the shift that was found first if both have one clock.
-    pub fn in_words(&self, track: &str, joints: &[String], one_clock: Option<f64>, shift: f64) -> Vec<String> {
+    /// What is said of them, beside the shift that was found first, of instruments with the clock of the joints or with one of their own.
+    pub fn in_words(&self, track: &str, joints: &[String], has_one_clock: bool, shift: f64) -> Vec<String> {
         let sigma = format!("{:.2} ms", self.sigma * 1e3);
         let mut said = Vec::new();
         let total = shift + self.common;
-        said.push(match one_clock {
-            Some(_) => {
-                format!("{track} comes {:.2} ms after the joints, give or take {sigma}, which is allowed for", -total * 1e3)
+        said.push(match has_one_clock {
+            true => {
+                let side = if total > 0.0 { "before" } else { "after" };
+                format!(
+                    "{track} comes {:.2} ms {side} the joints, give or take {sigma}, which is allowed for",
+                    total.abs() * 1e3
+                )
             }
-            None => format!("clocks matched: {total:.5} s are added to the times of {track}, give or take {sigma}"),
+            false => format!("clocks matched: {total:.5} s are added to the times of {track}, give or take {sigma}"),
         });
         if self.are_different {
             let of = |(name, seconds): (&String, &f64)| format!("{name} {:+.2}", (seconds - self.common) * 1e3);
