@@ -7,7 +7,7 @@ mod expectations;
 pub mod side_by_side;
 
 pub use error_table::{ErrorRow, ErrorTable, FarOff, NoErrors, Stage};
-pub use expectations::Expectations;
+pub use expectations::{Expectations, Loose};
 
 use crate::diagnosis::Diagnosis;
 use crate::identify::calibration::IdentifyError;

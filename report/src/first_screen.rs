@@ -11,7 +11,7 @@ use super::tables::{Table, plain_table, validation_row};
 use calibench::diagnosis::{Diagnosis, Verdict};
 use calibench::effects::facts::{Intervention, Work};
 use calibench::identify::fit::Outcome;
-use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, NoErrors, Stage};
+use calibench::judgement::{ErrorRow, ErrorTable, Expectations, Judgement, Loose, NoErrors, Stage};
 use calibench::measure::dataset::NamedDataset;
 use calibench::prediction::WorkspaceError;
 use calibench::residuals::Validation;
@@ -129,7 +129,19 @@ pub fn expected_sentence(expected: &Expectations) -> String {
     match parts.as_slice() {
         [] if expected.undetermined.is_empty() => "No error is predicted: no pose of the robot is clear of itself.".into(),
         [] => format!("No error is predicted: these data do not determine {}.", expected.undetermined.join(", ")),
-        parts => format!("{}{still}.", capital(&parts.join("; "))),
+        parts => format!("{}{still}.{}", capital(&parts.join("; ")), loose_words(&expected.loose)),
+    }
+}
+
+/// Why far more is to be expected elsewhere than at the poses held out; empty if it is not.
+fn loose_words(loose: &[Loose]) -> String {
+    let named: Vec<String> = loose.iter().map(|l| format!("{} (± {:.1} mm)", l.name, l.sigma / MM)).collect();
+    match named.as_slice() {
+        [] => String::new(),
+        names => format!(
+            " These data hardly determine {}: it matters wherever the hand points otherwise; tilt the hand at more poses, or state tool and base.",
+            enumerated(names)
+        ),
     }
 }
 

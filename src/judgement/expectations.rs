@@ -1,10 +1,11 @@
 //! The error to expect of a calibrated robot, at named places.
 
 use crate::diagnosis::Examination;
-use crate::identify::calibration::{Calibration, IdentifyError};
+use crate::identify::calibration::{Calibration, Estimate, IdentifyError};
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::{PoseSource, WorkspaceError, WorkspacePoses};
 use crate::selection::ladder::LadderStep;
+use crate::units::Unit;
 
 /// The error to expect at three kinds of places; each `None` if it cannot be predicted there.
 #[derive(Debug, Clone)]
@@ -19,6 +20,33 @@ pub struct Expectations {
     pub still: Vec<usize>,
     /// Parameters of the set-up that the data do not determine: with any, nothing can be predicted.
     pub undetermined: Vec<String>,
+    /// Lengths of the tool and places of the base that the data hardly determine, where they are why far more is to be expected
+    /// elsewhere than at the poses held out.
+    pub loose: Vec<Loose>,
+}
+
+/// A length that the data hardly determine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loose {
+    /// Name of the parameter.
+    pub name: String,
+    /// Its standard uncertainty, m.
+    pub sigma: f64,
+}
+
+/// What is expected elsewhere is far more than at the poses held out if it is that many times as much.
+const FAR_MORE: f64 = 5.0;
+
+/// The lengths of tool and base that are more uncertain than what is expected elsewhere is larger: a third of it is enough.
+fn loose(calibration: &Calibration, held_out: Option<&WorkspaceError>, elsewhere: Option<&WorkspaceError>) -> Vec<Loose> {
+    let (Some(here), Some(there)) = (held_out, elsewhere) else { return Vec::new() };
+    if there.mean.expected < FAR_MORE * here.mean.expected {
+        return Vec::new();
+    }
+    let is_length = |e: &&Estimate| (e.effect == "tool_frame" || e.effect == "base_frame") && e.unit == Unit::MM;
+    let is_loose = |e: &&Estimate| e.sigma > there.mean.expected / 3.0;
+    let all = calibration.estimates.iter().filter(is_length).filter(is_loose);
+    all.map(|e| Loose { name: e.name.clone(), sigma: e.sigma }).collect()
 }
 
 impl Expectations {
@@ -39,12 +67,15 @@ impl Expectations {
             Some(error) => Ok(Some(error)),
             None => WorkspaceError::predict(datasets, &examination, &poses),
         };
+        let held_out = match Some(WorkspacePoses::of(datasets)).filter(|poses| poses.source == PoseSource::Validation) {
+            Some(poses) => predicted(poses)?,
+            None => None,
+        };
+        let inside = predicted(WorkspacePoses::inside(datasets, &step.calibration.joint_ranges))?;
         Ok(Expectations {
-            held_out: match Some(WorkspacePoses::of(datasets)).filter(|poses| poses.source == PoseSource::Validation) {
-                Some(poses) => predicted(poses)?,
-                None => None,
-            },
-            inside: predicted(WorkspacePoses::inside(datasets, &step.calibration.joint_ranges))?,
+            loose: loose(&step.calibration, held_out.as_ref(), inside.as_ref()),
+            held_out,
+            inside,
             over_limits: if still.is_empty() { predicted(WorkspacePoses::over_limits(datasets))? } else { None },
             still,
             undetermined: step.undetermined.clone(),
