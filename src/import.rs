@@ -9,7 +9,7 @@ mod flange_pose;
 mod generic;
 mod guess;
 mod initial_setup;
-mod joint_names;
+pub mod joint_names;
 mod mukca;
 mod published;
 mod report;
@@ -32,7 +32,6 @@ use crate::measure::poses::Postures;
 pub use error::ImportError;
 pub use guess::{Guess, guess};
 pub use initial_setup::{state_noise, without_noise};
-pub use joint_names::{bare_joint_name, joint_order};
 pub use report::{ImportReport, Skipped};
 
 /// Names of the formats.

@@ -1,6 +1,6 @@
 //! Which track holds the joints of the robot, and in which order its names stand for them.
 
-use calibench::import::{bare_joint_name, joint_order};
+use calibench::import::joint_names;
 use calibench::robot::Robot;
 
 use crate::error::LogError;
@@ -145,14 +145,14 @@ fn merged(tracks: &[&JointTrack], robot: &Robot, names: &[String]) -> Option<Joi
 
 /// The places of the robot's joints among names; `None` if these do not tell.
 pub(crate) fn order(found: &[String], robot: &Robot, names: &[String]) -> Option<Vec<usize>> {
-    let by_names = joint_order(found, robot, names);
+    let by_names = joint_names::order(found, robot, names);
     if names.is_empty() { by_names.or_else(|| by_numbers(found, robot.joints())) } else { by_names }
 }
 
 /// The places of names that differ in their last number alone, in the order of these numbers, which begin at 0 or 1.
 fn by_numbers(found: &[String], joints: usize) -> Option<Vec<usize>> {
     let split = |name: &String| {
-        let name = bare_joint_name(name);
+        let name = joint_names::bare(name);
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
         name[stem.len()..].parse::<usize>().ok().map(|number| (stem.to_owned(), number))
     };

@@ -12,12 +12,19 @@ const UNIVERSAL_ROBOTS: [&str; 6] = ["shoulder_pan", "shoulder_lift", "elbow", "
 /// The places of the robot's joints, from the base on, among names that were found: by the names of its URDF, or by those of
 /// Universal Robots' driver if `names` is empty; `None` if they do not tell.
 #[must_use]
-pub fn joint_order(found: &[String], robot: &Robot, names: &[String]) -> Option<Vec<usize>> {
+pub fn order(found: &[String], robot: &Robot, names: &[String]) -> Option<Vec<usize>> {
     if !names.is_empty() {
         return by_names(found, names);
     }
     let universal: Vec<String> = UNIVERSAL_ROBOTS.iter().map(|&name| name.to_owned()).collect();
     if robot.joints() == universal.len() { by_names(found, &universal) } else { None }
+}
+
+/// The columns of the joints among columns with titles, by the names of the joints.
+pub(super) fn columns(titled: &[(usize, String)], robot: &Robot, names: &[String]) -> Option<Vec<usize>> {
+    let titles: Vec<String> = titled.iter().map(|(_, title)| title.clone()).collect();
+    let order = order(&titles, robot, names).filter(|order| order.len() == robot.joints())?;
+    Some(order.into_iter().map(|k| titled[k].0).collect())
 }
 
 /// Names of the joints of the robot that a reference names, from the base on; empty if it is not a URDF.
@@ -30,21 +37,21 @@ pub(super) fn names_of(reference: &str) -> Vec<String> {
 
 /// A name without what drivers and tables put around it.
 #[must_use]
-pub fn bare_joint_name(name: &str) -> String {
-    let mut bare: String = name.to_lowercase().replace(['/', '.', ' ', '-', '[', ']', '(', ')'], "_");
+pub fn bare(name: &str) -> String {
+    let mut rest_of: String = name.to_lowercase().replace(['/', '.', ' ', '-', '[', ']', '(', ')'], "_");
     while let Some(rest) =
-        ["_deg", "_rad", "_m", "_mm", "_pos", "_position", "_joint", "_"].iter().find_map(|end| bare.strip_suffix(end))
+        ["_deg", "_rad", "_m", "_mm", "_pos", "_position", "_joint", "_"].iter().find_map(|end| rest_of.strip_suffix(end))
     {
-        bare = rest.to_owned();
+        rest_of = rest.to_owned();
     }
-    bare
+    rest_of
 }
 
 /// The places of these names: equal ones, or else the only ones that end so, as where a prefix tells two arms apart.
 fn by_names(found: &[String], names: &[String]) -> Option<Vec<usize>> {
-    let bare_found: Vec<String> = found.iter().map(|name| bare_joint_name(name)).collect();
+    let bare_found: Vec<String> = found.iter().map(|name| bare(name)).collect();
     let place = |name: &String| {
-        let name = bare_joint_name(name);
+        let name = bare(name);
         let ends = |longer: &str, end: &str| longer.strip_suffix(end).is_some_and(|rest| rest.ends_with('_'));
         let equal: Vec<usize> = (0..found.len()).filter(|&k| bare_found[k] == name).collect();
         let like: Vec<usize> =

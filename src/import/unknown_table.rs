@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::joint_names::joint_order;
+use super::joint_names;
 use super::source::{Layout, finite_number as number, is_workbook, open_source};
 use crate::files::{FileError, Rows, read_foreign_text};
 use crate::robot::{JointKind, Robot};
@@ -153,15 +153,12 @@ impl Table {
     /// Columns of the joints, and the reason; `names` are those of the robot from its base on, if it has any.
     pub fn joints(&self, robot: &Robot, names: &[String]) -> Option<(Vec<usize>, String)> {
         let n = robot.joints();
-        let filled: Vec<usize> = (0..self.columns.len()).filter(|&k| self.columns[k].largest.is_some()).collect();
-        let titles: Vec<String> = filled.iter().map(|&k| self.columns[k].title.clone()).collect();
-        if let Some(order) = joint_order(&titles, robot, names).filter(|order| self.header && order.len() == n) {
-            let columns: Vec<usize> = order.into_iter().map(|k| filled[k]).collect();
+        let filled = self.columns.iter().enumerate().filter(|(_, c)| self.header && c.largest.is_some());
+        let titled: Vec<(usize, String)> = filled.map(|(k, c)| (k, c.title.clone())).collect();
+        if let Some(columns) = joint_names::columns(&titled, robot, names) {
             let [first, last] = [columns[0], columns[n - 1]].map(|k| self.columns[k].title.clone());
-            return Some((
-                columns,
-                format!("joints: the {n} columns `{first}` to `{last}`, by the names of the robot's joints"),
-            ));
+            let why = format!("joints: the {n} columns `{first}` to `{last}`, by the names of the robot's joints");
+            return Some((columns, why));
         }
         let mut groups: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
         for (k, column) in self.columns.iter().enumerate().filter(|(_, c)| c.largest.is_some()) {

@@ -1,6 +1,7 @@
 //! The error to expect of a calibrated robot, at named places.
 
 use crate::diagnosis::Examination;
+use crate::effects::EffectId;
 use crate::identify::calibration::{Calibration, Estimate, IdentifyError};
 use crate::measure::dataset::NamedDataset;
 use crate::prediction::{PoseSource, WorkspaceError, WorkspacePoses};
@@ -43,7 +44,8 @@ fn loose(calibration: &Calibration, held_out: Option<&WorkspaceError>, elsewhere
     if there.mean.expected < FAR_MORE * here.mean.expected {
         return Vec::new();
     }
-    let is_length = |e: &&Estimate| (e.effect == "tool_frame" || e.effect == "base_frame") && e.unit == Unit::MM;
+    let is_length =
+        |e: &&Estimate| (e.effect == EffectId::TOOL_FRAME || e.effect == EffectId::BASE_FRAME) && e.unit == Unit::MM;
     let is_loose = |e: &&Estimate| e.sigma > there.mean.expected / 3.0;
     let all = calibration.estimates.iter().filter(is_length).filter(is_loose);
     all.map(|e| Loose { name: e.name.clone(), sigma: e.sigma }).collect()
