@@ -2,12 +2,13 @@
 
 use super::effect_names::{all_called, called, capital};
 use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
-use super::finding_notes::{called_beside_moment, moment_words, same_words, size_words, sizes, timed_moment_words};
+use super::finding_notes::{called_beside_moment, same_words, size_words, sizes, timed_moment_words};
 use super::gallery::gallery_page;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::{intervention_words, meaning};
 use super::misfit::abnormal_sentences;
 use super::printout::Sentence;
+use super::row_order::{by_row_order, supposed_words};
 use super::scatter::{scatter_sentences, suspects_named};
 use super::unexplained::{shape_words, unexplained};
 use calibench::diagnosis::hypotheses::Place;
@@ -18,9 +19,6 @@ use calibench::effects::facts::Follows;
 use calibench::effects::registry::Registry;
 use calibench::identify::fit::Outcome;
 use calibench::units::MM;
-
-/// Beginning of what families of joints are called.
-const A_JOINT: &str = "a joint";
 
 /// Detectability below which an effect is called hidden, as the share of its energy that the fitted model does not absorb.
 const HIDDEN: f64 = 0.5;
@@ -53,32 +51,6 @@ pub fn sentences(d: &Diagnosis) -> Vec<Sentence> {
     let rest = verdict_explained(d).into_iter().chain(unbelievable(d)).chain(untestable(d));
     all.extend(rest.map(Sentence::detail));
     all
-}
-
-/// What happened if the rows stand in the order in which they were measured.
-fn by_row_order(d: &Diagnosis) -> Option<String> {
-    let found = d.by_row_order.as_ref()?;
-    Some(format!(
-        "Supposing that the rows stand in the order in which they were measured: {}: {}; explains {:.0} % of the residual.",
-        event_words(d, found)?,
-        sizes(found),
-        100.0 * found.hypothesis.explains
-    ))
-}
-
-/// The same in one clause.
-pub(super) fn supposed_words(d: &Diagnosis) -> Option<String> {
-    let event = event_words(d, d.by_row_order.as_ref()?)?;
-    Some(format!("if the rows are in the order of measurement, {event}"))
-}
-
-/// What happened, and when, if it was once.
-fn event_words(d: &Diagnosis, event: &Finding) -> Option<String> {
-    let family = d.registry.family(&event.hypothesis.in_model)?;
-    let when = event.hypothesis.moment.as_ref().map(|moment| format!(", {}", moment_words(moment)));
-    let joint = event.hypothesis.in_model.number(0).filter(|_| family.what.starts_with(A_JOINT));
-    let what = joint.map_or_else(|| family.what.to_owned(), |j| family.what.replacen(A_JOINT, &format!("joint {j}"), 1));
-    Some(format!("{what}{}", when.unwrap_or_default()))
 }
 
 /// Warns that no statement about a fit that did not converge is valid.

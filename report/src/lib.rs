@@ -29,6 +29,7 @@ mod plausible;
 mod printout;
 mod recommended;
 mod recovery;
+mod row_order;
 mod runs;
 mod scatter;
 mod shifts;

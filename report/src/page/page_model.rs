@@ -8,13 +8,14 @@ use super::candidate::{self, Offered};
 use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
-use crate::diagnosis_sentences::{lacking_words, supposed_words};
+use crate::diagnosis_sentences::lacking_words;
 use crate::disagreement_sentence;
 use crate::documents;
 use crate::effect_names::capital;
 use crate::figures;
 use crate::first_screen::stage_name;
 use crate::meaning::meaning;
+use crate::row_order::supposed_words;
 use crate::workspace::extrapolation_sentence;
 use crate::{
     Forecast, NoForecast, abnormal_sentences, masses_sentence, symptom_sentence, unconverged_sentence, unresolved_sentences,
