@@ -1,7 +1,7 @@
 //! By how much the clock of an instrument differs from that of the joints: both see when the arm moves.
 
 use crate::log::Times;
-use crate::series::Series;
+use crate::series::{Series, period};
 
 /// Largest difference of two clocks that are said to be one: delays of a camera or of a network, s.
 pub(crate) const DELAY: f64 = 1.0;
@@ -139,9 +139,7 @@ pub(crate) fn shows_motion(joints: &Series, track: &Series) -> bool {
 }
 
 fn is_dense(times: &[f64]) -> bool {
-    let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
-    periods.sort_unstable_by(f64::total_cmp);
-    periods.get(periods.len() / 2).is_some_and(|period| *period <= DENSE)
+    period(times).is_some_and(|period| period <= DENSE)
 }
 
 /// The root of how fast the numbers change at each step, in their ranges: between how far and whether, so that a fast motion does

@@ -22,7 +22,7 @@ use crate::joints::{Joints, joints_of};
 use crate::log::{JointTrack, Log, Track};
 use crate::middle::{FEWEST_READINGS, Middle, unsteady};
 use crate::poses::{Excluded, MeasuredPoses, reasons};
-use crate::series::Series;
+use crate::series::{Series, period as usual_period};
 use crate::still_poses::{LogOptions, flange_at, measured};
 use crate::table::{Arm, TableRow, fields};
 use crate::windows::{Rest, intervals};
@@ -93,7 +93,7 @@ impl<'a> Moving<'a> {
         let tracks = measured(log, &joints, options)?;
         let clock = Clock::of(&joints.times, &tracks[0].times, joints.recording == tracks[0].recording);
         let positions = Series::sorted(clock.times(&joints.times), &joints.positions, joints.joints.len());
-        let period = positions.period();
+        let period = usual_period(&positions.times).unwrap_or(f64::INFINITY);
         if period > SLOWEST {
             let problem =
                 format!("{} states the joints every {period:.2} s, too seldom to know where a moving arm is", joints.name);
@@ -127,7 +127,8 @@ impl<'a> Moving<'a> {
         let times = &seen[0].times;
         let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
         let apart = APART.max(length / MOST_ROWS as f64);
-        let is_dense = seen.iter().all(|series| HALF_IN_PERIODS * series.period() <= half);
+        let is_dense =
+            seen.iter().all(|series| usual_period(&series.times).is_some_and(|period| HALF_IN_PERIODS * period <= half));
         let mut next = f64::NEG_INFINITY;
         for &at in times {
             if at < next {

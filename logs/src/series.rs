@@ -40,13 +40,6 @@ impl Series {
         series
     }
 
-    /// The usual time from one row to the next, s.
-    pub fn period(&self) -> f64 {
-        let mut periods: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
-        periods.sort_unstable_by(f64::total_cmp);
-        periods.get(periods.len() / 2).copied().unwrap_or(f64::INFINITY)
-    }
-
     /// Rows that are in the order of their times.
     pub fn new(times: Vec<f64>, values: Vec<f64>, width: usize) -> Self {
         let range = |c: usize| {
@@ -57,4 +50,11 @@ impl Series {
         let ranges = (0..width).map(range).collect();
         Series { times, values, ranges }
     }
+}
+
+/// The usual time from one row to the next, s: the median; `None` of fewer than two.
+pub(crate) fn period(times: &[f64]) -> Option<f64> {
+    let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    periods.sort_unstable_by(f64::total_cmp);
+    periods.get(periods.len() / 2).copied()
 }

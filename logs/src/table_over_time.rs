@@ -13,6 +13,7 @@ use jiff::{Unit, civil};
 
 use crate::joints::{named, order};
 use crate::log::{JointTrack, Log, Track};
+use crate::series::period;
 use crate::text_layout::{Text, layout};
 
 /// Titles of the column of times, without units.
@@ -253,9 +254,7 @@ fn seconds(title: &str, times: &[f64]) -> f64 {
     }
     let first = times.first().copied().unwrap_or(0.0);
     // Whole numbers some of which are left out between two rows are milliseconds.
-    let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
-    periods.sort_unstable_by(f64::total_cmp);
-    let usual = periods.get(periods.len() / 2).copied().unwrap_or(0.0);
+    let usual = period(times).unwrap_or(0.0);
     if first < SINCE_1970[2].0 && usual >= 2.0 && times.iter().all(|t| t.fract() == 0.0) {
         return 1e-3;
     }

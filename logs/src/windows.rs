@@ -6,6 +6,7 @@ use calibench::robot::{JointKind, Robot};
 use calibench::units::{DEG, MM};
 
 use crate::log::JointTrack;
+use crate::series::period;
 
 /// How far a joint at rest may creep from the middle of where it stands, beside its noise: rad, and m of a joint that slides.
 const REST: [f64; 2] = [0.03 * DEG, 0.05 * MM];
@@ -130,9 +131,7 @@ fn step_of(positions: &[f64], joints: usize, j: usize, longest: f64) -> f64 {
 /// The longest runs of readings in which every joint stays within twice its tolerance.
 fn quiet_runs(times: &[f64], positions: &[f64], tolerance: &[f64]) -> Vec<(usize, usize)> {
     let joints = tolerance.len();
-    let mut periods: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
-    periods.sort_unstable_by(f64::total_cmp);
-    let usual = periods.get(periods.len() / 2).copied().unwrap_or(0.0);
+    let usual = period(times).unwrap_or(0.0);
     let pause = (PAUSE.0 * usual).max(PAUSE.1);
     let mut runs = Vec::new();
     // Indices of falling and of rising positions: the first of each is the largest and the smallest of the run.

@@ -69,22 +69,28 @@ pub fn diagnose_examined(datasets: &[NamedDataset<'_>], examination: &Examinatio
     let supposed = by_row_order(datasets, examination, &diagnosis).unwrap_or_default();
     // A base that moved on the way bends the zeros of joints: it comes first.
     let happened = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && is_event(&diagnosis, f));
-    if supposed.is_some() || happened.is_some() {
+    if happened.is_some() {
         diagnosis.abnormal.clear();
-    }
-    if supposed.is_some() {
-        // Fitted without what happened, they take its place.
-        diagnosis.contributions.clear();
     }
     let is_other = diagnosis.verdict.names_effects() || diagnosis.verdict.is_noise();
     Ok(match supposed {
-        Some(event) if is_other => {
-            let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };
-            let (set95, by_row_order) = (Vec::new(), Some(event));
-            Diagnosis { verdict: Verdict::Unexplained, by_row_order, scatter, set95, explains: None, ..diagnosis }
-        }
-        by_row_order => Diagnosis { by_row_order, ..diagnosis },
+        Some(event) if is_other => explained_by(event, diagnosis),
+        Some(event) => beside(event, diagnosis),
+        None => diagnosis,
     })
+}
+
+/// A diagnosis beside what happened if the rows stand in their order: what was found without it, as abnormal or as contributing, takes
+/// its place.
+fn beside(event: Finding, diagnosis: Diagnosis) -> Diagnosis {
+    Diagnosis { by_row_order: Some(event), abnormal: Vec::new(), contributions: Vec::new(), ..diagnosis }
+}
+
+/// The same, where what happened is the answer: nothing else is named, and the noise is not larger than stated.
+fn explained_by(event: Finding, diagnosis: Diagnosis) -> Diagnosis {
+    let diagnosis = beside(event, diagnosis);
+    let scatter = Scatter { larger_than_stated: None, ..diagnosis.scatter };
+    Diagnosis { verdict: Verdict::Unexplained, scatter, set95: Vec::new(), explains: None, ..diagnosis }
 }
 
 /// True for something that happened once and explains much of the residual, and for a set-up that moves all the time and explains
@@ -138,7 +144,7 @@ fn by_row_order(
         return Ok(None);
     }
     let timed = with_times(datasets);
-    let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
+    let timed = named_alike(datasets, &timed);
     let supposed = judged(&timed, &Examination::new(&timed, &examination.model)?)?;
     let names = supposed.verdict.names_effects();
     let first = supposed.findings.first().filter(|f| is_event(&supposed, f));
@@ -156,6 +162,11 @@ fn with_times(datasets: &[NamedDataset<'_>]) -> Vec<Dataset> {
         samples.iter_mut().enumerate().for_each(|(k, s)| s.time_s = Some(ROW_S * k as f64));
     }
     timed
+}
+
+/// The same data under the names of others.
+fn named_alike<'a>(names: &[NamedDataset<'a>], data: &'a [Dataset]) -> Vec<NamedDataset<'a>> {
+    names.iter().zip(data).map(|(d, data)| NamedDataset::new(d.name, data)).collect()
 }
 
 /// Fewest suspects that make a crowd.
@@ -190,9 +201,9 @@ fn by_crowd(
         return Ok(None);
     }
     let timed = with_times(datasets);
-    let timed: Vec<NamedDataset<'_>> = datasets.iter().zip(&timed).map(|(d, timed)| NamedDataset::new(d.name, timed)).collect();
-    let with_times = Examination::new(&timed, &examination.model)?;
-    let supposed = judged(&timed, &with_times)?;
+    let timed = named_alike(datasets, &timed);
+    let in_order = Examination::new(&timed, &examination.model)?;
+    let supposed = judged(&timed, &in_order)?;
     let happens = |f: &&Finding| {
         let family = supposed.registry.family(&f.hypothesis.in_model);
         f.hypothesis.moment.is_some() || family.is_some_and(|family| family.follows.contains(&Follows::Time))
@@ -200,15 +211,10 @@ fn by_crowd(
     let Some(event) = supposed.findings.first().filter(happens).cloned() else { return Ok(None) };
     let aside = all_aside(suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
     let without = Examination::new(datasets, &aside)?;
-    if !explains_as_much(&with_times, &supposed, &without, suspects) {
+    if !explains_as_much(&in_order, &supposed, &without, suspects) {
         return Ok(None);
     }
-    let mut whole = judged(datasets, examination)?;
-    whole.contributions.clear();
-    whole.abnormal.clear();
-    let scatter = Scatter { larger_than_stated: None, ..whole.scatter };
-    let (verdict, by_row_order) = (Verdict::Unexplained, Some(event));
-    Ok(Some(Diagnosis { verdict, by_row_order, scatter, set95: Vec::new(), explains: None, ..whole }))
+    Ok(Some(explained_by(event, judged(datasets, examination)?)))
 }
 
 /// As [`diagnose_examined`], without regard to the order of the rows.

@@ -38,7 +38,10 @@ pub struct Loose {
 /// What is expected elsewhere is far more than at the poses held out if it is that many times as much.
 const FAR_MORE: f64 = 5.0;
 
-/// The lengths of tool and base that are more uncertain than what is expected elsewhere is larger: a third of it is enough.
+/// A standard uncertainty above this share of an expected error explains it.
+const GOOD_PART: f64 = 1.0 / 3.0;
+
+/// The lengths of tool and base that explain why more is expected elsewhere: those as uncertain as a good part of it.
 fn loose(calibration: &Calibration, held_out: Option<&WorkspaceError>, elsewhere: Option<&WorkspaceError>) -> Vec<Loose> {
     let (Some(here), Some(there)) = (held_out, elsewhere) else { return Vec::new() };
     if there.mean.expected < FAR_MORE * here.mean.expected {
@@ -46,7 +49,7 @@ fn loose(calibration: &Calibration, held_out: Option<&WorkspaceError>, elsewhere
     }
     let is_length =
         |e: &&Estimate| (e.effect == EffectId::TOOL_FRAME || e.effect == EffectId::BASE_FRAME) && e.unit == Unit::MM;
-    let is_loose = |e: &&Estimate| e.sigma > there.mean.expected / 3.0;
+    let is_loose = |e: &&Estimate| e.sigma > GOOD_PART * there.mean.expected;
     let all = calibration.estimates.iter().filter(is_length).filter(is_loose);
     all.map(|e| Loose { name: e.name.clone(), sigma: e.sigma }).collect()
 }

@@ -7,8 +7,8 @@ use super::kinematics::Posture;
 use super::rel_tool::screw;
 
 /// The smallest singular value of the 6 x N Jacobian, with angles of the tool multiplied by a lever of 0.3 m: the motion of
-/// the tool (m) per radian of the joints in its least mobile direction of those that it has (six, or as many as joints). It falls to zero at wrist, elbow and shoulder
-/// singularities alike, on any arm.
+/// the tool (m) per radian of the joints in its least mobile direction of those that it has (six, or as many as joints). It falls to
+/// zero at wrist, elbow and shoulder singularities alike, on any arm.
 ///
 /// ```
 /// use calibench::robot::inverse::dexterity;

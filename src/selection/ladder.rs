@@ -239,11 +239,10 @@ fn end<B>(
     let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
     let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
     let mut ladder = Ladder { steps, top, recommendation, other, withdrawn };
-    let recommended = ladder.steps.iter().position(|step| step.model.effects == ladder.recommendation.choice().model.effects);
-    for (_, step) in ladder.steps.iter_mut().enumerate().filter(|(k, _)| *k == 0 || recommended == Some(*k)) {
-        fit_orientations(datasets, step);
-    }
-    ladder.other.iter_mut().for_each(|step| fit_orientations(datasets, step));
+    let chosen = &ladder.recommendation.choice().model.effects;
+    let (first, above) = ladder.steps.split_at_mut(1);
+    let recommended = above.iter_mut().find(|step| step.model.effects == *chosen);
+    first.iter_mut().chain(recommended).chain(&mut ladder.other).for_each(|step| fit_orientations(datasets, step));
     Ok(ladder)
 }
 
